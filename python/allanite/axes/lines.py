@@ -126,9 +126,10 @@ def _agreeing_groups(
 
 
 def _frequencies(column: str, fit: Fit) -> list[_Occurrence]:
-    """List of `_Occurrence` (frequency in Hz, standard error, column, kind): one per line and per band of noise of a fit.
+    """List of `_Occurrence` (frequency in Hz, standard error, column, kind): one per line, notch and band of a fit.
 
-    A band that moves has its mean frequency. Rates at which bands or noise levels repeat follow, without duplicates.
+    A band that moves has its mean frequency, and a line that drifts its frequency at the first sample. Rates at which
+    bands or noise levels repeat follow, unless a frequency in the list agrees with them.
     Frequencies without a standard error are omitted.
     """
     out: list[_Occurrence] = []

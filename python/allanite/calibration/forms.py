@@ -240,9 +240,9 @@ def design(fit: Fit) -> tuple[Array, Array, NDArray[np.bool_]]:
 def law_cost(fit: Fit) -> float:
     """Cost in nats that the log evidence subtracts from logL for the parameters of the thermal law; 0 without parameters.
 
-    It is the sum of `parameter_cost` over the coefficients of the powers of T, the lag and the width, in this order. The
-    cost of a parameter grows with the precision with which it is known, given the offset of each recording and the
-    parameters before it. The offsets cost nothing.
+    It is the sum of `parameter_cost` over the coefficients of the law (powers of T, hysteresis or rate of change), then the
+    lag or the width. The cost of a parameter grows with the precision with which it is known, given the offset of each
+    recording and the parameters before it. The offsets cost nothing.
     """
     matrix, values, own = design(fit)
     if not own.any():

@@ -107,7 +107,7 @@ def one_column(x: object) -> NDArray[Any]:
 def _array_of_object(x: Any) -> NDArray[Any]:
     """`np.asarray(x)`, but float64 for masked arrays (masked samples are NaN), arrays of Python numbers, and empty arrays.
 
-    Python objects that are no numbers stay an array of dtype object.
+    None becomes NaN. Python objects that NumPy does not convert to float64 stay an array of dtype object.
     """
     if isinstance(x, np.ma.MaskedArray):
         return np.ma.filled(x.astype(np.float64), np.nan)
@@ -115,7 +115,7 @@ def _array_of_object(x: Any) -> NDArray[Any]:
     if array.dtype.kind == "O" or array.size == 0:
         try:
             return array.astype(np.float64)
-        except (TypeError, ValueError):
+        except (TypeError, ValueError, OverflowError):
             return array
     return array
 

@@ -158,10 +158,10 @@ class WanderingLine(Stochastic):
     def generator(self, rate: float) -> tuple[str, list[float]]:
         """Pair ("filtered", parameters) of the core's generator: three resonators in series.
 
-        Two sets of zeros are tried, and the one whose spectrum is closer to that of the process near the line is used. The
-        first set has the zeros of the sampled process, which rounding spoils if the line is narrow or slow. In the second,
-        a real zero of each resonator compensates the slope at the line that comes from the poles at negative frequency.
-        The variance of the output is exact, also near 0 Hz and half the rate.
+        The zeros are those of the sampled process if its spectrum near the line is then right within 0.1 %; rounding spoils
+        them if the line is narrow or slow. Otherwise a second set is tried, in which a real zero of each resonator
+        compensates the slope at the line that comes from the poles at negative frequency. If neither is right within
+        0.1 %, as near 0 Hz and half the rate, the better one is scaled to the exact variance.
         """
         from scipy.signal import zpk2sos
 

@@ -162,7 +162,7 @@ class Axis:
         """`Model` of the axis without deterministic effects and without random processes in narrow frequency bands.
 
         The coefficients are fitted, or 0.64 times the upper limit if not detected. If all processes have narrow bands, the
-        model contains all of them.
+        model contains all of them. Filters and other modifiers remain.
         """
         whole = self.expected_model
         wide = [e for e in whole.stochastic if e.occupies is None]

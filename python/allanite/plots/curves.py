@@ -186,7 +186,7 @@ def _model_curves(fit: Fit) -> tuple[Array, Array, list[Array]]:
     """Tuple (τ in s, Allan deviation of the model, list with one array of Allan deviations per effect).
 
     The effects are in the order of `component_styles`; an effect that was not detected is drawn at its 95 % limit. The
-    τ are those of the measured curve and 32 more per decade.
+    τ are those of the measured curve and up to 32 more per decade, in whole samples.
     """
     data, model = fit.curve.of
     own = fit.curve.factors

@@ -407,9 +407,9 @@ def _outlier_findings(c: _Column) -> Iterator[Finding]:
 def _smoothed_findings(c: _Column) -> Iterator[Finding]:
     """Iterator over a `Finding` about values that were averaged or low-passed before they were logged.
 
-    The finding needs two conditions. First, the power above 3/8 of the sampling rate is at most a quarter of that in each
-    lower octave. Second, the power extrapolated to this band from any two neighboring lower octaves is more than four times
-    the power in this band.
+    The finding needs two conditions on median power densities. First, the density above 3/8 of the sampling rate is at most
+    a quarter of that in each of the five octaves from 1/256 to 1/8 of the rate. Second, the density extrapolated to this
+    band from at least one pair of neighboring octaves is more than four times the density in this band.
     Missing samples exclude their block of 512 samples. Without 4 complete blocks there is no finding.
     """
     blocks = c.spread[np.isfinite(c.spread).all(axis=1)]

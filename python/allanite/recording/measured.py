@@ -17,8 +17,10 @@ from allanite.recording.repeats import polling_of
 def measured_samples(recording: Recording) -> Recording:
     """Recording with no-data markers replaced by NaN and without repeated samples; the same object if it has neither.
 
-    Markers are searched in each column. A row is a repeat if no column changes. The findings ``marker`` and ``repeats``
-    describe the changes.
+    Markers are searched in each column. Repeated rows are removed only from samples of a rate, and only if a sensor is
+    logged faster than it measures: at least 2 % of the rows, all over the record, repeat the row before in all columns.
+    The result then has the rate of the sensor. Stuck values and rows that are equal by chance remain. The findings
+    ``marker`` and ``repeats`` describe the changes.
     """
     return _without_repeats(_without_markers(recording))
 

@@ -157,7 +157,7 @@ class Summary(Record):
         Raises
         ------
         InputError
-            Segments with another rate, unit or set of columns, or segments that overlap.
+            Segments with another rate, unit or set of columns, segments that overlap, or an argument that is no summary.
         """
         pieces = [(self, one) for one in self.stretches]
         for other in others:
@@ -171,6 +171,8 @@ class Summary(Record):
                     f" {', '.join(mine[2])} at {self.rate:g} Hz in {self.unit}"
                 )
             pieces += [(other, one) for one in other.stretches]
+        # At least one segment remains, also if all are empty.
+        pieces = [pair for pair in pieces if pair[1].stop > pair[1].start] or pieces[:1]
         pieces.sort(key=lambda pair: (pair[1].start, pair[1].stop))
         joined: list[StreamSegment] = []
         fresh: list[bool] = []
@@ -183,7 +185,7 @@ class Summary(Record):
                 if not fresh[-1]:
                     joined[-1], fresh[-1] = deepcopy(joined[-1]), True
                 joined[-1].merge(deepcopy(one))
-            elif one.stop > one.start or not joined:
+            else:
                 joined.append(one)
                 fresh.append(False)
         findings = dict.fromkeys(f for one in (self, *others) for f in one.added_findings)

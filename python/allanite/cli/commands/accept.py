@@ -69,8 +69,8 @@ def command(
 
     LOG is a file, or - for standard input. Each figure (limit) of the sheet is measured with a 95 % interval. The verdict
     is "meets" if the upper end of the interval is at or below the limit, and "does not meet" if the lower end is above it.
-    Otherwise the figure is undecided. For a coefficient of the model, the table then shows the record length that
-    would probably decide.
+    Otherwise the figure is undecided. The table then shows the record length that would probably decide, unless it
+    exceeds 30 days or the model has no such coefficient.
 
     Coefficients, such as N, B and K, come from a model of the log. The model is built as in allanite improve, so lines,
     outliers and a logged temperature do not count as noise. in_run_bias_stability is the measured Allan deviation at

@@ -60,8 +60,8 @@ def _process_noise(
     `variances` maps each state to its variance per second: of angles (gyroscopes) in rad²/s, of velocities (accelerometers)
     in m²/s³, for x, y and z. The variance is K²·T²/3, where T is the horizon: white noise whose integral has, after T, the
     same variance as that of a random walk K. With `overbound`, K covers the upper limits of the model. A sensor without
-    axes has no variances. `pairs` holds each axis with white noise of the same variance, for the head of the file,
-    and `remarks` texts on axes without a model.
+    axes has no variances. `pairs` holds each axis with this variance added to its own white noise and with a
+    negligible K, for the head of the file, and `remarks` texts on axes without a model.
     """
     variances: dict[str, float] = {}
     pairs, remarks = [], []

@@ -48,7 +48,7 @@ def page_data(tab: Tab, name: str, options: Mapping[str, str] | None = None) -> 
     Raises
     ------
     InputError
-        The name is unknown, or there are no data yet.
+        The name is unknown, or what the part needs is missing, such as a file, two fitted axes, or a sheet with values.
     """
     if name.startswith("table-"):
         view = name.removeprefix("table-")
