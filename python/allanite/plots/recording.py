@@ -121,9 +121,10 @@ def signal_line(
 ) -> Line:
     """`Line` of a function of time over `n` samples from `first` on, shifted to the mean of all samples.
 
-    `signal` has the shape (log.n,). At most 1600 points are drawn; times have the unit that suits these samples.
+    `signal` has one value for each rate sample of the log. At most 1600 points are drawn; times have the unit that suits
+    these samples.
     """
-    n = log.n if n is None else n
+    n = signal.size - first if n is None else min(n, signal.size - first)
     size, _ = time_scale(n / log.rate)
     at = first + np.unique(np.linspace(0, n - 1, min(n, SIGNAL_POINTS)).round().astype(int))
     time = np.asarray(at / (log.rate * size), dtype=np.float64)
@@ -131,8 +132,8 @@ def signal_line(
 
 
 def _mean_difference(log: Recording, signal: Array) -> float:
-    """Mean of the samples of `log` that are not missing, minus the mean of `signal`."""
-    return float(np.nanmean(np.asarray(log.samples, dtype=float)) - np.mean(signal))
+    """Mean of the rate samples of `log` that are not missing, minus the mean of `signal`."""
+    return float(np.nanmean(log.rate_samples()) - np.mean(signal))
 
 
 def column_panel(

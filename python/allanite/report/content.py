@@ -65,7 +65,7 @@ def _record_section(recording: Recording) -> list[Block]:
     rows = [
         ("file", Path(recording.path).name if recording.path else "–"),
         ("column", recording.columns[0]),
-        ("samples", f"{count_text(recording.n)}, {recording.quantity}"),
+        ("samples", f"{count_text(recording.n)} ({recording.quantity})"),
         ("rate", f"{recording.rate:.6g} Hz"),
         ("duration", f"{recording.duration:.6g} s ({duration_text(recording.duration)})"),
         ("unit", unit_text(recording.unit)),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shlex
+from collections import Counter
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -47,8 +48,8 @@ def first_page_blocks(report: Report) -> list[Block]:
     ]
     entries = [_axis_cells(entry) for entry in report.entries]
     shown = [i for i in range(len(COEFFICIENTS)) if any(cells[2 + i] != "–" for cells in entries)]
-    head = ("axis", "verdict", *(COEFFICIENTS[i] for i in shown))
-    body = tuple((*cells[:2], *(cells[2 + i] for i in shown)) for cells in entries)
+    head = ("axis", "verdict", *(COEFFICIENTS[i] for i in shown), "further effects")
+    body = tuple((*cells[:2], *(cells[2 + i] for i in shown), cells[-1]) for cells in entries)
     return [
         Table((), tuple(rows)),
         Heading("Verdict and coefficients"),
@@ -118,11 +119,14 @@ def temperature_text(recording: Recording) -> str:
 
 
 def _axis_cells(entry: Entry) -> tuple[str, ...]:
-    """Tuple of texts: name, verdict, N, B and K of an axis in data-sheet units.
+    """Tuple of texts: name, verdict, N, B and K of an axis in data-sheet units, and its further effects.
 
     The cell of an undetected coefficient is its limit (``< 0.12 °/h``). It is a dash if the model has no such effect.
+    Further effects are abbreviated and counted: ``GM, 12 SIN``.
     """
     fit, found = entry.study.fit, {}
+    further = Counter(e.short for e in fit.model.effects if e.short not in COEFFICIENTS)
+    counted = ", ".join(f"{n} {short}" if n > 1 else short for short, n in further.items())
     known = {effect.kind: name for name, effect in standard().items()}
     for effect, values in zip(fit.model.effects, fit.estimates, strict=True):
         name = known.get(effect.kind, "")
@@ -134,7 +138,8 @@ def _axis_cells(entry: Entry) -> tuple[str, ...]:
                 text = f"< {number(shown.interval[1], 2)}"
             found[name] = with_unit(text, shown.unit)
     name = entry.recording.columns[0]
-    return (name, entry.study.verdict, *(found.get(c, "–") for c in COEFFICIENTS))
+    texts = (found.get(c, "–") for c in COEFFICIENTS)
+    return (name, entry.study.verdict, *texts, counted or "–")
 
 
 def _export_sentence(report: Report) -> str:
@@ -180,6 +185,6 @@ def _next_steps(report: Report) -> tuple[str, ...]:
                 f"{name}: {with_readable_numbers(left)}. Repeat the measurement, or examine this part of the record."
             )
     if len(out) < len(report.entries):
-        which = "the adequate axes" if out else "every axis"
-        out.append(f"Use the values of {which}.{_export_sentence(report)}")
+        which = "the values of the adequate axes" if out else "these values"
+        out.append(f"Use {which}.{_export_sentence(report)}")
     return tuple(out)
