@@ -7,7 +7,10 @@ from collections.abc import Callable, Iterator
 from importlib import import_module
 from pkgutil import iter_modules
 from threading import RLock
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from importlib.metadata import EntryPoint
 
 
 def values_of_modules(name: str, *packages: str) -> Iterator[Any]:
@@ -48,7 +51,8 @@ class EntryPoints:
     def load(self) -> None:
         """Load all entry points of the group and pass each loaded object to the registry's `add`; later calls do nothing.
 
-        An entry point that cannot be loaded or added is skipped with a warning.
+        The order of the entry points does not matter. An entry point that cannot be loaded or added is skipped with a
+        warning.
         """
         from importlib.metadata import entry_points
 
@@ -56,12 +60,20 @@ class EntryPoints:
             if self._loaded:
                 return
             self._loaded = True
-            for point in entry_points(group=self._group):
-                try:
-                    self._add(point.load())
-                except Exception as error:  # whatever a foreign module raises
-                    where = point.dist.name if point.dist is not None else "an installed package"
-                    warnings.warn(
-                        f"the {self._what} {point.name} = {point.value} of {where} was not loaded: {error}",
-                        stacklevel=3,
-                    )
+            points = list(entry_points(group=self._group))
+            failed: list[tuple[EntryPoint, Exception]] = []
+            # An object may need another one, so that failed ones are tried again while others are added.
+            while points:
+                failed = []
+                for point in points:
+                    try:
+                        self._add(point.load())
+                    except Exception as error:  # whatever a foreign module raises
+                        failed.append((point, error))
+                points = [p for p, _ in failed] if len(failed) < len(points) else []
+            for point, error in failed:
+                where = point.dist.name if point.dist is not None else "an installed package"
+                warnings.warn(
+                    f"the {self._what} {point.name} = {point.value} of {where} was not loaded: {error}",
+                    stacklevel=3,
+                )

@@ -6,13 +6,14 @@
 from __future__ import annotations
 
 import math
+import warnings
 from collections import Counter
 from collections.abc import Callable
 from concurrent.futures import FIRST_COMPLETED, Future, wait
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from itertools import count
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
@@ -41,6 +42,8 @@ from allanite.suggestion.screens.level_changes import overdispersion_without
 
 #: All screens by name.
 SCREENS = Screens("allanite.suggestion.screens")
+
+T = TypeVar("T")
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -276,7 +279,10 @@ def suggest(
     white = whitened_ordinates(base, data, np.ones(base.count.size))
     context = Context(base, data, whitened, white)
     candidates = _look_with_all_screens(context, progress)
-    searches = sum(screen.searches(context) for screen in SCREENS.values())
+    searches = sum(
+        _unless_it_fails(screen, partial(screen.searches, context), 0)
+        for screen in SCREENS.values()
+    )
     levels = [c for c in candidates if changes_level(c.effect)]
     overdispersion, loudness = overdispersion_without(base, data, levels, searches)
     scatter = {"spectrum": overdispersion, "time": loudness, "none": 1.0}
@@ -309,7 +315,27 @@ def _look_with_all_screens(context: Context, on_end: Callable[[], None]) -> tupl
 
 def _candidates_of(screen: Screen, context: Context) -> tuple[Candidate, ...]:
     """Tuple of the candidates that a screen finds; empty if the screen needs samples, and the data are a summary."""
-    return () if screen.needs_samples and not context.data.whole else tuple(screen.look(context))
+    if screen.needs_samples and not context.data.whole:
+        return ()
+    return _unless_it_fails(screen, lambda: tuple(screen.look(context)), ())
+
+
+def _unless_it_fails(screen: Screen, compute: Callable[[], T], otherwise: T) -> T:
+    """Result of `compute` for a screen; `otherwise`, with a warning, if it raises and an installed package has the screen.
+
+    So a faulty package does not end the check. An exception of a screen of allanite is raised: it is a bug.
+    """
+    try:
+        return compute()
+    except Exception as error:
+        if not SCREENS.is_installed(screen):
+            raise
+        failure = f"{type(error).__name__}: {error}"
+        warnings.warn(
+            f"the screen {screen.name!r} of an installed package failed, and is skipped: {failure}",
+            stacklevel=2,
+        )
+        return otherwise
 
 
 def _suggestion(

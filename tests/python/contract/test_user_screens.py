@@ -74,3 +74,49 @@ def test_a_search_that_is_broken_is_left_out_aloud(installed, point, told):
     assert answer.returncode == 0
     assert f"the screen {point}" in answer.stderr
     assert told in answer.stderr
+
+
+FAILING = """
+from allanite.suggestion.screens import Screen
+
+
+def fails(context):
+    raise RuntimeError("no heater")
+
+
+LOOK = Screen("mine", "nothing", "time", fails)
+SEARCHES = Screen("mine", "nothing", "time", lambda context: [], searches=fails)
+"""
+
+
+@pytest.mark.parametrize("screen", ["LOOK", "SEARCHES"])
+def test_a_search_that_fails_does_not_end_the_check(installed, screen):
+    points, environment = installed
+    (points.parents[1] / "my_package" / "failing.py").write_text(FAILING, encoding="utf-8")
+    points.write_text(f"[allanite.screens]\nmine = my_package.failing:{screen}\n")
+    failing = run(CHECK, environment)
+    assert failing.returncode == 0, failing.stderr
+    assert "screen 'mine'" in failing.stderr
+    assert "no heater" in failing.stderr
+    points.write_text("")
+    assert failing.stdout == run(CHECK, environment).stdout
+
+
+def test_the_order_in_which_searches_are_installed_does_not_matter(installed):
+    points, environment = installed
+    (points.parents[1] / "my_package" / "later.py").write_text(
+        "from allanite.suggestion.screens import Screen\n"
+        'SCREEN = Screen("later", "", "time", lambda context: [], after=("heater",))\n',
+        encoding="utf-8",
+    )
+    found = []
+    lines = ["heater = my_package.heater:SCREEN", "later = my_package.later:SCREEN"]
+    for order in (lines, lines[::-1]):
+        points.write_text("\n".join(["[allanite.screens]", *order]))
+        answer = run(
+            "from allanite.suggestion.suggest import SCREENS; print(*sorted(SCREENS))", environment
+        )
+        assert answer.stderr == ""
+        found.append(answer.stdout.split())
+    assert found[0] == found[1]
+    assert {"heater", "later"} <= set(found[0])

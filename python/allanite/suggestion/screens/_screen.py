@@ -126,6 +126,7 @@ class Screens(Mapping[str, Screen]):
 
     def __init__(self, package: str) -> None:
         self._screens: dict[str, Screen] = {s.name: s for s in values_of_modules("SCREEN", package)}
+        self._own = frozenset(self._screens)
         self._installed = EntryPoints(ENTRY_POINTS, "screen", self._add)
 
     def __getitem__(self, name: str) -> Screen:
@@ -139,6 +140,10 @@ class Screens(Mapping[str, Screen]):
     def __len__(self) -> int:
         self._installed.load()
         return len(self._screens)
+
+    def is_installed(self, screen: Screen) -> bool:
+        """True if the screen comes from an installed package, not from the package of this table."""
+        return screen.name not in self._own
 
     def _add(self, screen: object) -> None:
         """Add one screen. Raises `InputError` for another type, a name that is used, or an unknown name in `after`."""
