@@ -7,11 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from allanite.effects import Model
-from allanite.effects.bias_step import BiasStep
-from allanite.effects.covariate import Covariate
-from allanite.effects.hysteresis import Hysteresis
-from allanite.effects.rate_of_change import RateOfChange
+from allanite.effects import BiasStep, Covariate, Hysteresis, Model, RateOfChange
 from allanite.fit import Fit, fit_model
 from allanite.fit.engine import solve
 from allanite.fit.rivals.evidence import MAX_RIVAL_LOG_EVIDENCE, discrepancy_gain, parameter_cost

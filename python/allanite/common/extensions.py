@@ -71,9 +71,9 @@ class EntryPoints:
                     except Exception as error:  # whatever a foreign module raises
                         failed.append((point, error))
                 points = [p for p, _ in failed] if len(failed) < len(points) else []
-            for point, error in failed:
+            for point, reason in failed:
                 where = point.dist.name if point.dist is not None else "an installed package"
                 warnings.warn(
-                    f"the {self._what} {point.name} = {point.value} of {where} was not loaded: {error}",
+                    f"the {self._what} {point.name} = {point.value} of {where} was not loaded: {reason}",
                     stacklevel=3,
                 )

@@ -7,8 +7,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 import numpy as np
 
-from allanite.effects import Effect, Stochastic
-from allanite.effects._known import Deterministic
+from allanite.effects import Deterministic, Effect, Stochastic
 from allanite.exports._axis import HORIZON, Axis
 from allanite.exports._follow import Quality, quality
 from allanite.exports._held import NoiseParameters

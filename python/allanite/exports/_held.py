@@ -6,8 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from allanite.effects import Effect, Model, standard, white_noise
-from allanite.effects.gauss_markov import GaussMarkov
+from allanite.effects import Effect, GaussMarkov, Model, standard, white_noise
 
 
 @dataclass(frozen=True, slots=True)

@@ -233,20 +233,26 @@ class Fit:
     def __getitem__(self, name: str) -> Estimate:
         """Estimate by parameter name (``N``), or by effect and parameter (``GM.q_c``, ``SIN2.frequency``).
 
-        The first match is returned; a missing name raises `KeyError`. A parameter that is a text or a tuple is returned as
-        such. The name of an effect (``GM``) returns the dict of its values, and warns: use `estimates_of` instead.
+        The first match is returned; a missing name raises `KeyError`. Two former uses return other types, and warn: the
+        name of an effect (``GM``) returns the dict of its values (use `estimates_of`), and a parameter that is no number
+        (``BW.acts_on``) returns its plain value (use `estimates`).
         """
         key, _, parameter = name.partition(".")
-        for labels, values in self._labeled_values():
-            if parameter and key in labels and parameter in values:
-                return values[parameter]
-            if not parameter and key in values:
-                return values[key]
+        # Values of former uses have another type, which type checkers need not accept.
+        found: Any
+        for place, (labels, values) in enumerate(self._labeled_values()):
+            if parameter and key not in labels:
+                continue
+            searched = parameter or key
+            if searched in values:
+                found = values[searched]
+                if not isinstance(found, Estimate):
+                    warn_of_former_name(f"fit[{name!r}]", f"fit.estimates[{place}][{searched!r}]")
+                return found
             if not parameter and key in labels:
                 warn_of_former_name(f"fit[{name!r}]", f"fit.estimates_of({name!r})")
-                # The former use has another type, which type checkers need not accept.
-                former: Any = values
-                return former
+                found = values
+                return found
         raise KeyError(f"{name!r} is not in the fit (it has: {self._known_names()})")
 
     def estimates_of(self, effect: str) -> dict[str, Estimate]:

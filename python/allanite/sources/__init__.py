@@ -16,9 +16,7 @@ from allanite.common.documents import invalid_as_input_error, json_of, text_of
 from allanite.common.errors import InputError, about
 from allanite.common.files import is_file
 from allanite.common.plain import plain
-from allanite.effects._base import Effect
-from allanite.effects.files import model_to_dict
-from allanite.effects.model import Model
+from allanite.effects import Effect, Model, model_to_dict
 from allanite.effects.strings import parse_with_units
 
 __all__ = ["Source", "documents_of", "is_source_file"]

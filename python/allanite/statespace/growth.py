@@ -22,10 +22,7 @@ from allanite.common.former import Former
 from allanite.common.numbers import number
 from allanite.common.units import parse_unit
 from allanite.common.validation import positive, positive_rate, require_recording
-from allanite.effects import Model, as_model
-from allanite.effects._base import Effect, Stochastic
-from allanite.effects._known import Deterministic
-from allanite.effects._modifier import Modifier
+from allanite.effects import Deterministic, Effect, Model, Modifier, Stochastic, as_model
 from allanite.effects.terms import Term
 from allanite.recording import Recording
 from allanite.statespace.coasting import Coasting, Sums, integration_weights

@@ -11,10 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from allanite.common.arrays import Array
 from allanite.common.errors import InputError
 from allanite.common.validation import positive_rate
-from allanite.effects import Model, as_model
-from allanite.effects._base import Effect, Stochastic
-from allanite.effects._known import Deterministic
-from allanite.effects._modifier import Modifier
+from allanite.effects import Deterministic, Effect, Model, Modifier, Stochastic, as_model
 from allanite.effects.terms import Term
 from allanite.statespace.sections import (
     Section,

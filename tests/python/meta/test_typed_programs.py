@@ -28,6 +28,7 @@ fit = al.fit_model(recording, "N+K")
 assert_type(fit["N"], al.Estimate)
 assert_type(fit.estimates_of("GM"), dict[str, al.Estimate])
 fit["GM"]["q_c"]  # type: ignore[index]
+fit["BW.acts_on"].upper()  # type: ignore[attr-defined]
 assert_type(fit.simulate(duration=10.0, seed=1), al.Recording)
 fit.simulate(sede=1)  # type: ignore[call-arg]
 fit.simulate(seed="1")  # type: ignore[arg-type]

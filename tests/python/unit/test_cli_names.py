@@ -156,3 +156,10 @@ def test_the_name_of_an_effect_is_no_name_of_an_estimate():
     assert fit["GM.q_c"] == fit.estimates_of("GM")["q_c"]
     with pytest.warns(DeprecationWarning, match=r"fit\['GM'\] is now fit\.estimates_of\('GM'\)"):
         assert fit["GM"] == fit.estimates_of("GM")
+
+
+def test_a_parameter_that_is_no_number_is_no_estimate():
+    model = allanite.parse_model("N(N=0.1)+BW(cutoff=1,acts_on=white)")
+    fit = model.fit(model.simulate(n=2000, rate=10.0, seed=1))
+    with pytest.warns(DeprecationWarning, match=r"is now fit\.estimates\[1\]\['acts_on'\]"):
+        assert fit["BW.acts_on"] == fit.estimates[1]["acts_on"]

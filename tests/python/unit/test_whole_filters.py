@@ -120,7 +120,7 @@ def test_a_low_pass_behind_the_sensor_leaves_b_what_it_is(order, cutoff):
     record = al.Recording(signal.lfilter(b, a, x)[2000:], rate=RATE, unit="rad/s")
     study = al.improve(record, "N+B+K")
     assert [rung.added.kind for rung in study.ladder[1:]] == ["bandwidth"], study
-    assert study.fit["BW.acts_on"] == "all"
+    assert study.fit.estimates[-1]["acts_on"] == "all"
     assert study.fit["BW.cutoff"].value == pytest.approx(cutoff, rel=0.01)
     assert study.fit["N"].value == pytest.approx(N, rel=0.02)
     low, high = study.fit["B"].interval
@@ -145,7 +145,7 @@ def test_a_filter_of_which_nothing_tells_what_it_acts_on_is_one_of_the_white_par
     b, a = signal.butter(2, 20.0, fs=RATE)
     x = signal.lfilter(b, a, g.white(rng, 62_000, RATE, N))[2000:]
     fit = al.fit_model(al.Recording(x, rate=RATE, unit="rad/s"), "N+BW")
-    assert fit["BW.acts_on"] is None
+    assert fit.estimates[-1]["acts_on"] is None
 
 
 def test_a_random_walk_behind_a_high_pass_is_a_lag():

@@ -10,10 +10,7 @@ import numpy as np
 
 from allanite.common.errors import AllaniteError
 from allanite.deviation import oadev
-from allanite.effects import CATALOG, Model, white_noise
-from allanite.effects._base import Stochastic
-from allanite.effects._known import Deterministic
-from allanite.effects._modifier import Modifier
+from allanite.effects import CATALOG, Deterministic, Model, Modifier, Stochastic, white_noise
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
