@@ -52,12 +52,12 @@ def no_error_rises(before: Fit, after: Fit) -> bool:
 
     Without an Allan error, only the discrepancy counts. Always True if the last effect newly excludes outliers.
     """
-    old, new = before.curve, after.curve
     other = after.data is not before.data and excludes_samples(after.model.effects[-1])
     if other and after.model.effects[-1].when is None:
         return True  # outliers hide how wrong the model is, so the errors are not comparable
     if after.discrepancy.interval[0] > before.discrepancy.interval[1]:
         return False
+    old, new = before.curve, after.curve
     if old.rms_percent is None or new.rms_percent is None:
         return True
     # The error of a true model is within twice its scatter. While effects are missing it may rise by its scatter.

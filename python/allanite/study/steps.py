@@ -144,17 +144,14 @@ def best_replacement(ladder: Sequence[Rung]) -> Rung | None:
         if promised <= MIN_SCORE_GAIN:
             break
         after = _without_undetected(before, before.after(refitted(fit, model), places))
-        if (
-            after is None
-            or lead(after.fit) < least
-            or not no_error_rises(fit, after.fit)
-            or not _new_times_are_known(before, after)
-        ):
+        if after is None or lead(after.fit) < least:
             continue
-        if (
+        gains = (
             score_change(fit, after.fit) > MIN_SCORE_GAIN
             or lead(after.fit) > MAX_RIVAL_LOG_EVIDENCE
-        ):
+        )
+        # The Allan error takes most of the time and comes last.
+        if gains and _new_times_are_known(before, after) and no_error_rises(fit, after.fit):
             needed = kinds_added_again(ladder)
             return rung_of(before, without_needless(before, after, needed) or after)
     return None
