@@ -135,15 +135,32 @@ def _fit(
             break
         previous = total
     assert best is not None
+    residual = Residual(data, removed).with_cached(ordinates)
+    return _solution(model, best, part, functions, residual, total)
+
+
+def _solution(
+    model: Model,
+    best: Maximum,
+    part: RandomPart,
+    functions: _Functions,
+    residual: Residual,
+    total: float,
+) -> Solution:
+    """`Solution` made from the last round of a fit.
+
+    `best` is the maximum of the likelihood for the spectrum `part`, without the leverage of the `functions` of time.
+    `total` is the logL of the whole record.
+    """
     return Solution(
-        fitted(model, best.theta, part.linear(model).matrix, functions.fitted(removed)),
+        fitted(model, best.theta, part.linear(model).matrix, functions.fitted(residual.removed)),
         best.spectrum,
         best.weight,
         best.scale,
         best.log_likelihood,
         part.power,
         part.count,
-        Residual(data, removed).with_cached(ordinates),
+        residual,
         total,
         functions.design.ordinates,
         functions.regression.leverage,
