@@ -3,7 +3,7 @@
 //!
 //! This is not a timing. It prints one line per record; the required accuracy is 10⁻¹⁰. Other lengths: `-- 1e7`.
 
-#![allow(clippy::print_stdout)]
+#![expect(clippy::print_stdout, reason = "the program prints its results")]
 
 #[path = "../tests/common/exact.rs"]
 mod exact;

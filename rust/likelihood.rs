@@ -7,7 +7,7 @@
 //! likelihood. `allanite.fit.likelihood.discrepancy` explains these choices.
 
 // Functions are inlined so that they are compiled with the instructions of their caller.
-#![allow(clippy::inline_always)]
+#![expect(clippy::inline_always, reason = "compiled with the instructions of the caller")]
 
 mod climb;
 mod exponents;

@@ -144,7 +144,7 @@ impl<'a, T: Sample> Record<'a, T> {
     }
 
     /// Body of [`Self::local`] for a given function that computes running sums.
-    #[allow(clippy::inline_always)] // to be compiled with the instructions of its caller
+    #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
     #[inline(always)]
     fn local_by(
         &self,
@@ -221,7 +221,7 @@ unsafe fn local_to_global_avx2(base: [f64; 2], local: &[f64], slope: f64, out: &
 }
 
 /// Writes the local phase plus slope and base, from point `at` of its block on, to `out`.
-#[allow(clippy::inline_always)] // to be compiled with the instructions of its caller
+#[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
 #[inline(always)]
 fn local_to_global(at: usize, [high, low]: [f64; 2], local: &[f64], slope: f64, out: &mut [f64]) {
     for (i, (slot, value)) in out.iter_mut().zip(local).enumerate() {

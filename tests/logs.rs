@@ -115,7 +115,7 @@ fn damaged(random: &mut Random, seeds: &[(String, Vec<u8>)]) -> Vec<u8> {
 
 #[test]
 #[ignore = "as many inputs as INPUTS says: minutes"]
-#[allow(clippy::disallowed_methods)] // cargo hands a test no argument of its own
+#[expect(clippy::disallowed_methods, reason = "cargo hands a test no argument of its own")]
 fn many() {
     let count: u64 = std::env::var("INPUTS").map_or(100_000, |text| text.parse().unwrap());
     let seeds = corpus("text");

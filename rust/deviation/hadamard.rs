@@ -103,7 +103,6 @@ compiled_for_each_width! {
 }
 
 /// Σ (d − 3c + 3b − a)² over four slices of equal length.
-#[allow(clippy::inline_always)] // to be compiled with the instructions of its caller
 #[inline(always)]
 pub(super) fn third_differences_inline([a, b, c, d]: [&[f64]; 4]) -> f64 {
     const LANES: usize = 16;
@@ -136,7 +135,7 @@ fn adjacent(block: &Block<'_>) -> (f64, u64) {
 }
 
 /// Third difference of four values.
-#[allow(clippy::inline_always)] // as above
+#[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
 #[inline(always)]
 fn third(a: f64, b: f64, c: f64, d: f64) -> f64 {
     (d - a) - 3.0 * (c - b)

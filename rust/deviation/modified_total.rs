@@ -146,7 +146,7 @@ compiled_for_each_width! {
 }
 
 /// Body of [`around`].
-#[allow(clippy::inline_always)] // to be compiled with the instructions of its caller
+#[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
 #[inline(always)]
 fn around_inline(c: &[f64], m: usize, work: &mut [f64]) -> f64 {
     let length = 3 * m;
@@ -182,7 +182,7 @@ fn around_inline(c: &[f64], m: usize, work: &mut [f64]) -> f64 {
 }
 
 /// Σ (e[i+3m] − 3e[i+2m] + 3e[i+m] − e[i])² over i < n.
-#[allow(clippy::inline_always)] // as above
+#[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
 #[inline(always)]
 fn squares(e: &[f64], m: usize, n: usize) -> f64 {
     third_differences_inline([0, m, 2 * m, 3 * m].map(|at| &e[at..at + n]))

@@ -74,7 +74,7 @@ compiled_for_each_width! {
 }
 
 /// Body of [`squares`].
-#[allow(clippy::inline_always)] // to be compiled with the instructions of its caller
+#[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
 #[inline(always)]
 fn squares_inline(ends: &[f64], near: &[f64], far: &[f64]) -> f64 {
     let n = ends.len();

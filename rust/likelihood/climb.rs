@@ -1,7 +1,7 @@
 //! Maximum of the likelihood over coefficients θ ≥ 0, by Fisher scoring.
 
 // Functions are inlined so that they are compiled with the instructions of their caller.
-#![allow(clippy::inline_always)]
+#![expect(clippy::inline_always, reason = "compiled with the instructions of the caller")]
 
 use std::sync::atomic::AtomicBool;
 
@@ -246,7 +246,7 @@ impl Problem<'_> {
 
 /// Local maxima from many starts, without an offset. Each start has its own columns: `columns` has shape (m, p,
 /// bins), `starts` (m, p).
-#[allow(clippy::too_many_arguments)] // they define the problem
+#[expect(clippy::too_many_arguments, reason = "they define the problem")]
 pub(crate) fn climb_many(
     likelihood: &Likelihood,
     power: &[f64],

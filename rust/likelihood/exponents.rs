@@ -1,7 +1,7 @@
 //! Exponentials and logarithms without branches, so that the compiler can vectorize loops over them.
 
 // Functions are inlined so that they are compiled with the instructions of their caller.
-#![allow(clippy::inline_always)]
+#![expect(clippy::inline_always, reason = "compiled with the instructions of the caller")]
 
 /// ln 2 in two parts. The first ends with zeros, so that its product with a small whole number is exact (Cody & Waite
 /// 1980).

@@ -5,7 +5,7 @@
 //! triangle and starts from the previous active set.
 
 // Functions are inlined so that they are compiled with the instructions of their caller.
-#![allow(clippy::inline_always)]
+#![expect(clippy::inline_always, reason = "compiled with the instructions of the caller")]
 
 /// A column counts as linearly dependent if its component orthogonal to the others is below this fraction of its
 /// length.

@@ -1,7 +1,7 @@
 //! The innermost loop: the sum over nodes of w, eight cells at a time.
 
 // Functions are inlined so that they are compiled with the instructions of their caller.
-#![allow(clippy::inline_always)]
+#![expect(clippy::inline_always, reason = "compiled with the instructions of the caller")]
 
 use super::Block;
 use super::exponents::{exp, fused};
@@ -12,7 +12,7 @@ const FLUSH: usize = 128;
 
 /// Marginal logL up to a constant; writes twice the mean shape of each cell to `weight`. `y` and `weight` consist of
 /// whole blocks.
-#[allow(clippy::needless_range_loop)] // node and lane index several arrays alike
+#[expect(clippy::needless_range_loop, reason = "node and lane index several arrays alike")]
 #[inline(always)]
 pub(super) fn marginal<const FUSED: bool>(blocks: &[Block], y: &[f64], weight: &mut [f64]) -> f64 {
     let (y, weight) = (y.as_chunks::<WIDTH>().0, weight.as_chunks_mut::<WIDTH>().0);

@@ -4,7 +4,7 @@
 //! same bits.
 
 // Instructions of a wider unit may only be inlined into a function that has them enabled.
-#![allow(clippy::inline_always)]
+#![expect(clippy::inline_always, reason = "compiled with the instructions of the caller")]
 
 /// Number of doubles in a vector.
 pub(super) const LANES: usize = 4;

@@ -1,7 +1,7 @@
 //! Running sums, several samples at a time.
 
 // Instructions of a wider unit may only be inlined into a function that has them enabled.
-#![allow(clippy::inline_always)]
+#![expect(clippy::inline_always, reason = "compiled with the instructions of the caller")]
 
 /// Replaces `values` by the exclusive running sum of `values − slope`, starting at `carry`; returns the final sum.
 /// The chain of dependent additions has one addition per four samples.

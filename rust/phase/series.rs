@@ -27,12 +27,12 @@ macro_rules! float_sample {
             const INTEGER: bool = false;
             const ZERO: f64 = 0.0;
             #[inline]
-            #[allow(clippy::cast_lossless, clippy::unnecessary_cast)]
+            #[allow(clippy::cast_lossless, clippy::unnecessary_cast, reason = "depends on the type")]
             fn base(self) -> f64 {
                 self as f64
             }
             #[inline]
-            #[allow(clippy::cast_lossless, clippy::unnecessary_cast)]
+            #[allow(clippy::cast_lossless, clippy::unnecessary_cast, reason = "depends on the type")]
             fn minus(self, base: f64) -> f64 {
                 self as f64 - base
             }
@@ -40,7 +40,7 @@ macro_rules! float_sample {
                 let to = base + by;
                 (to, two_sum(to, -base))
             }
-            #[allow(clippy::cast_lossless, clippy::unnecessary_cast)]
+            #[allow(clippy::cast_lossless, clippy::unnecessary_cast, reason = "depends on the type")]
             fn value(self) -> f64 {
                 self as f64
             }
@@ -87,7 +87,7 @@ macro_rules! large_integer_sample {
             /// Subtracts the upper and the lower 32 bits separately. Each difference is exact, so that the result is
             /// rounded only once.
             #[inline]
-            #[allow(clippy::unnecessary_cast)]
+            #[allow(clippy::unnecessary_cast, reason = "depends on the type")]
             fn minus(self, base: $kind) -> f64 {
                 let high = (self >> 32) as i64 - (base >> 32) as i64;
                 let low = (self & 0xffff_ffff) as i64 - (base & 0xffff_ffff) as i64;
@@ -147,7 +147,7 @@ impl<'a, T: Sample> Series<'a, T> {
     }
 
     /// Writes `x[start + i] − base` to `out[i]`.
-    #[allow(clippy::inline_always)] // to be compiled with the instructions of its caller
+    #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
     #[inline(always)]
     pub fn load(&self, start: usize, base: T::Base, out: &mut [f64]) {
         if self.step == 1 {

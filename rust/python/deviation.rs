@@ -1,8 +1,5 @@
 //! Bindings of the deviations.
 
-// The macros of pyo3 pass arguments by value.
-#![allow(clippy::needless_pass_by_value)]
-
 use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;

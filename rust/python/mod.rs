@@ -26,7 +26,7 @@ mod _core {
 
     /// Called when the module is imported: lets panics store their message instead of printing it.
     #[pymodule_init]
-    #[allow(clippy::unnecessary_wraps)] // the signature that pymodule_init asks for
+    #[expect(clippy::unnecessary_wraps, reason = "the signature that pymodule_init asks for")]
     fn begin(_module: &Bound<'_, PyModule>) -> PyResult<()> {
         super::gil::keep_panics();
         Ok(())

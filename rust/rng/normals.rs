@@ -7,7 +7,7 @@
 //! operations in the same order, fused multiply-adds included, so that the bits do not depend on the vector unit.
 
 // Instructions of a wider unit may only be inlined into a function that has them enabled.
-#![allow(clippy::inline_always)]
+#![expect(clippy::inline_always, reason = "compiled with the instructions of the caller")]
 
 use super::registers::{self, Registers};
 use crate::machine::processor::{Unit, Width};

@@ -3,7 +3,7 @@
 //! Every implementation runs the same operations in the same order and so gives the same bits.
 
 // Instructions of a wider unit may only be inlined into a function that has them enabled.
-#![allow(clippy::inline_always)]
+#![expect(clippy::inline_always, reason = "compiled with the instructions of the caller")]
 
 use std::array;
 
@@ -72,7 +72,7 @@ pub(super) unsafe trait Registers {
 macro_rules! operations {
     ($($name:ident($($argument:ident: $kind:ty),*) $(-> $out:ty)? = $body:expr;)*) => {$(
         #[inline(always)]
-        #[allow(unused_unsafe)] // plain Rust
+        #[allow(unused_unsafe, reason = "some expressions are plain Rust")]
         unsafe fn $name($($argument: $kind),*) $(-> $out)? {
             // SAFETY: instructions are there by the contract of the trait, and slices are as long as it says; an index
             // of a table is one of it.
@@ -117,7 +117,7 @@ unsafe impl Registers for Portable {
 
 #[cfg(target_arch = "x86_64")]
 mod x86 {
-    #[allow(clippy::wildcard_imports)] // forty names, all of which begin with _mm or __m
+    #[allow(clippy::wildcard_imports, reason = "forty names, all of which begin with _mm or __m")]
     use std::arch::x86_64::*;
 
     use super::Registers;

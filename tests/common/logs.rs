@@ -1,6 +1,6 @@
 //! Properties of the reader that hold for any bytes. `fuzz/` searches for counterexamples.
 
-#![allow(dead_code)]
+#![allow(dead_code, reason = "each program uses some of the functions")]
 
 use std::cell::OnceCell;
 use std::fs::File;

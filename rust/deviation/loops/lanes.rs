@@ -9,7 +9,7 @@
 //! adds rounding errors.
 
 // Instructions of a wider unit may only be inlined into a function that has them enabled.
-#![allow(clippy::inline_always)]
+#![expect(clippy::inline_always, reason = "compiled with the instructions of the caller")]
 
 /// A vector of doubles.
 ///

@@ -263,7 +263,7 @@ unsafe fn dispatch_avx512(theta: *const f64, group: &Group, n: usize) -> [f64; G
 ///
 /// # Safety
 /// The processor has the instructions of `V`; `n + 2·max(m)` doubles are readable from `theta`.
-#[allow(clippy::inline_always)] // to be compiled with the instructions of its caller
+#[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
 #[inline(always)]
 unsafe fn dispatch<V: Lanes>(theta: *const f64, group: &Group, n: usize) -> [f64; GROUP] {
     let m = group.m;
@@ -293,7 +293,7 @@ unsafe fn dispatch<V: Lanes>(theta: *const f64, group: &Group, n: usize) -> [f64
 ///
 /// # Safety
 /// The processor has the instructions of `V`; `n + 2m` doubles are readable from `theta`.
-#[allow(clippy::inline_always)] // as above
+#[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
 #[inline(always)]
 unsafe fn by_rows<V: Lanes>(theta: *const f64, m: usize, n: usize) -> f64 {
     let (whole, rest) = (n / m, n % m);
@@ -314,7 +314,7 @@ unsafe fn by_rows<V: Lanes>(theta: *const f64, m: usize, n: usize) -> f64 {
 ///
 /// # Safety
 /// As [`lanes::rows`].
-#[allow(clippy::inline_always)] // as above
+#[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
 #[inline(always)]
 unsafe fn some_rows<V: Lanes>(theta: *const f64, m: usize, row: usize, rows: usize) -> f64 {
     // SAFETY: this function's contract.
