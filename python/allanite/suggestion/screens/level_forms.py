@@ -382,6 +382,7 @@ def _background(ratio: Array) -> Array:
     """Array of the usual power at neighboring frequencies, at least 1, of the same shape as `ratio`.
 
     It is the median of blocks of an eighth of the frequency, 32 to 128 values, divided by that of an exponential law.
+    These sizes are chosen by judgment; not measured.
     """
     edges = [0]
     while edges[-1] < ratio.size:
