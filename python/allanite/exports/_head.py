@@ -77,8 +77,8 @@ def _verdict_comment(pairs: Sequence[Pair], *, simulator: bool) -> str:
     horizon = max(a.horizon for a, _ in pairs)
     use = f"Use: no. {'; '.join(reasons)}." if reasons else "Use: yes."
     farthest = (
-        f"Largest error of the Allan deviation up to {horizon:.4g} s: {worst.ratio:.2f} times the model's, at"
-        f" {worst.tau:.4g} s{where}{_direction(worst.ratio)}."
+        f"Allan deviation of this file up to {horizon:.4g} s: {_bound(worst.ratio)} times the model's, at"
+        f" {worst.tau:.4g} s{where}."
     )
     sentences = [use, farthest]
     unstated = [
@@ -188,11 +188,12 @@ def _names_with_counts(names: Iterable[str]) -> list[str]:
     return [name if n == 1 else f"{n} {name}" for name, n in Counter(names).items()]
 
 
-def _direction(ratio: float) -> str:
-    """Clause that says whether the noise of a file is too high or too low; empty if `ratio` prints as 1.00."""
-    if f"{ratio:.2f}" == "1.00":
-        return ""
-    return f", too {'high' if ratio > 1.0 else 'low'}"
+def _bound(ratio: float) -> str:
+    """Text of a ratio of two curves that is furthest from 1: ``at most 1.27`` or ``at least 0.93``; ``1.00`` if equal."""
+    text = f"{ratio:.2f}"
+    if text == "1.00":
+        return text
+    return f"at {'most' if ratio > 1.0 else 'least'} {text}"
 
 
 def _listed_or_counted(kinds: Mapping[str, str]) -> list[str]:
@@ -208,7 +209,7 @@ def _alternative_intervals(axis: Axis) -> Iterator[str]:
     """Yield a line for each coefficient whose 95 % interval is wider under an alternative model of the log.
 
     An alternative model explains the log about as well as the fitted one. Wider means at one end, by over 10 % of the
-    width. Example: ``K 115 (95 ... 137); 0 ... 190 if the effect is gauss_markov``.
+    width. Example: ``K 115 (95 ... 137); 0 ... 190 if alternatives are counted: gauss_markov``.
     """
     for one in axis.fitted.effects:
         for name, (lower, upper) in one.over_rivals.items():
@@ -221,10 +222,10 @@ def _alternative_intervals(axis: Axis) -> Iterator[str]:
             if max(low - lower, upper - high) <= MIN_WIDENING * (high - low):
                 continue
             key = one.label if name == one.label else f"{one.label} {name}"
-            kinds = " or ".join(one.rivals) or "another effect"
+            kinds = ", ".join(one.rivals) or "another effect"
             yield (
                 f"{key} {given.value:.3g} ({low:.3g} ... {high:.3g}) {given.unit};".rstrip()
-                + f" {lower:.3g} ... {upper:.3g} if the effect is {kinds}"
+                + f" {lower:.3g} ... {upper:.3g} if alternatives are counted: {kinds}"
             )
 
 

@@ -204,7 +204,7 @@ def undecided_sentence(fit: Fit, found: Undecided) -> str:
             over = in_sheet_unit(over, declared)
             unit = "" if over.unit == "1" else printed(over.unit, effect.follows or "")
             short = parameter_label(label, name)
-            if not high:
+            if low == high == 0.0:
                 wider.append(f"no {short}")
                 continue
             wider.append(f"{short} {_cells(over, effect.follows)[1]} {unit}".rstrip())

@@ -777,6 +777,6 @@ def _given_unit(name: str, own: str | None, options: ReadOptions) -> str | None:
         raise InputError(
             f"the name of column {name} does not show which of {options.unit} is its unit",
             missing="column",
-            remedy=": read the columns of one unit at a time with {column}",
+            remedy=": add a header line that names the sensors, or read the columns of one unit at a time with {column}",
         )
     return options.unit_by_kind[kind]

@@ -6,6 +6,8 @@ from scipy.signal import lfilter
 
 import allanite as al
 import generators as g
+from allanite.fit.rivals.undecided import Undecided
+from allanite.fit.table import undecided_sentence
 
 
 def slow_rise():
@@ -115,3 +117,13 @@ def test_a_model_that_is_too_high_at_all_long_times_is_not_adequate(seed):
     assert fit.curve.rms_percent > 3.0 * fit.curve.expected_scatter_percent
     assert not fit.adequate
     assert al.fit_model(fit.recording, "N+GM").adequate
+
+
+@pytest.mark.parametrize(("ends", "words"), [((-2e-4, 0.0), "R −"), ((0.0, 0.0), "no R")])
+def test_an_interval_of_negative_values_is_named(ends, words):
+    """A ramp that falls has an interval that ends at 0 if alternatives have no ramp."""
+    x = 0.1 * np.random.default_rng(1).standard_normal(20_000) - 1e-5 * np.arange(20_000)
+    fit = al.fit_model(al.Recording(x, rate=10.0, unit="deg/s"), "N+R")
+    found = Undecided((("N+R", 0.6), ("N+K", 0.4)), ({}, {"R": ends}))
+    sentence = undecided_sentence(fit, found)
+    assert f"over all of them {words}" in sentence
