@@ -123,8 +123,10 @@ def test_the_filter_of_the_model_is_designed_anew_beside_what_was_missing():
     study = al.improve(al.Recording(x, rate=RATE, unit="rad/s"), "N")
     kinds = {e.kind for e in study.fit.model}
     assert kinds == {"angle_random_walk", "bandwidth", "bias_instability"}
-    assert study.fit["BW.design"] == "digital"
-    assert study.fit["BW.order"] == 2
+    pairs = zip(study.fit.model, study.fit.estimates, strict=True)
+    (values,) = (values for effect, values in pairs if effect.short == "BW")
+    assert values["design"] == "digital"
+    assert values["order"] == 2
     low, high = study.fit["BW.cutoff"].interval
     assert low < 8.0 < high
 
