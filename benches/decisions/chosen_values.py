@@ -1,7 +1,10 @@
 """Results with other values of constants that have no derivation.
 
-    python benches/decisions/chosen_values.py [bands] [courses] [drift] [forms] [gates] [posterior] [refits]
+    python benches/decisions/chosen_values.py [background] [bands] [courses] [drift] [forms] [gates] [posterior] [refits]
+        [rounds]
 
+background: blocks of neighboring frequencies of a periodic level; false periods of levels that nearly repeat, and true
+    ones.
 bands: limits between lines, wandering lines, resonances and moving bands; names of hidden bands.
 courses: forms of a moving band; names of hidden bands that drift.
 drift: spreads of the prior of a clock's drift; difference of the half-width of a holdover band at 3 h.
@@ -9,12 +12,14 @@ forms: forms of weak events that need no refit (MAX_NOISE_REFIT_FRACTION), and t
 gates: fine steps of a periodic noise level; coverage of N.
 posterior: draws behind a holdover band; difference of its half-width at 3 h from that of ten times as many draws.
 refits: ΔlogL after the refit over ΔlogL of the search, for tone bursts, drifting lines and narrow bands.
+rounds: tolerances of the completion of missing samples between fits; difference of the coefficients, and CPU time.
 """
 
 from __future__ import annotations
 
 import importlib
 import sys
+import time
 from pathlib import Path
 
 import numpy as np
@@ -28,6 +33,7 @@ import holdover
 import records
 
 BANDS = importlib.import_module("allanite.suggestion.screens.drifting_bands")
+COMPLETION = importlib.import_module("allanite.fit.missing.completion")
 LEVELS = importlib.import_module("allanite.suggestion.screens.level_forms")
 WANDERING = importlib.import_module("allanite.effects.wandering_line")
 HOLDOVER = importlib.import_module("allanite.clocks.holdover")
@@ -51,6 +57,37 @@ def courses():
         setattr(BANDS, name, kept)
         exact = sum(sorted(m.name.split("+")) == sorted([*start.split("+"), "DRES"]) for m in found)
         print(f"{name} = {value}: {exact} of 6 exact", flush=True)
+
+
+def background():
+    """Print the significant periodic levels of eight records that nearly repeat, and of eight that repeat exactly."""
+    names = ("BACKGROUND_PARTS", "MIN_BACKGROUND_VALUES", "MAX_BACKGROUND_VALUES")
+    kept = [getattr(LEVELS, name) for name in names]
+    for factor in (1.0, 0.5, 2.0):
+        sizes = (int(kept[0] / factor), int(kept[1] * factor), int(kept[2] * factor))
+        for name, value in zip(names, sizes, strict=True):
+            setattr(LEVELS, name, value)
+        counts = [0, 0]
+        for seed in range(8):
+            for exact in (False, True):
+                recording = al.Recording(_loud_at_times(seed, exact), rate=10.0)
+                found = al.fit_model(recording, "N").check().significant
+                counts[exact] += any(s.kind == "periodic_noise_level" for s in found)
+        print(f"{sizes}: {counts[0]} false of 8, {counts[1]} true of 8", flush=True)
+    for name, value in zip(names, kept, strict=True):
+        setattr(LEVELS, name, value)
+
+
+def _loud_at_times(seed, exact):
+    """60 000 samples of white noise at 10 Hz, whose level repeats every 4.6 s, exactly or nearly."""
+    rng, n, rate = np.random.default_rng(seed), 60_000, 10.0
+    white = rng.standard_normal(n)
+    if exact:
+        return white * np.where(np.arange(n) / rate % 4.623 < 1.5, 1.2, 1.0)
+    frequency = np.fft.rfftfreq(n, 1.0 / rate)
+    band = np.exp(-0.5 * ((frequency - 0.2163) / 0.006) ** 2)
+    log_level = np.fft.irfft(band * (rng.standard_normal((2, band.size)).T @ [1.0, 1.0j]), n)
+    return white * np.exp(0.12 * log_level / log_level.std())
 
 
 def bands():
@@ -296,8 +333,34 @@ def refits():
         print(f"{name}: {len(rows)} refits, the largest ratios {top}", flush=True)
 
 
+def rounds():
+    """Print how far coefficients of a clock, two thirds of its samples missing, are from those with a tolerance of 1e-5."""
+    rng = np.random.default_rng(6)
+    model = al.parse_model("Q(Q=1e-9)+N(N=1e-10)+K(K=1e-12)")
+    samples = np.array(model.simulate(n=100_000, rate=1.0, seed=6, unit="1").samples)
+    # Segments of 50 samples on average are present, of 100 missing.
+    state = np.repeat(np.arange(4000) % 2, rng.geometric(1.0 / np.tile([50, 100], 2000)))
+    samples[state[: samples.size] == 1] = np.nan
+    kept, first = COMPLETION.ROUND_TOLERANCE, None
+    for value in (1e-5, 1e-4, 1e-3, 1e-2):
+        COMPLETION.ROUND_TOLERANCE = value
+        start = time.process_time()
+        fit = al.fit_model(al.Recording(samples, rate=1.0, unit="1"), "Q+N+K")
+        seconds = time.process_time() - start
+        found = np.array([float(fit[name]) for name in ("Q", "N", "K")])
+        errors = np.array([fit[name].std_error for name in ("Q", "N", "K")])
+        first = found if first is None else first
+        worst = float(np.max(np.abs(found - first) / errors))
+        print(
+            f"ROUND_TOLERANCE = {value}: {worst:.2g} standard errors, {seconds:.1f} CPU s",
+            flush=True,
+        )
+    COMPLETION.ROUND_TOLERANCE = kept
+
+
 if __name__ == "__main__":
     parts = {
+        "background": background,
         "bands": bands,
         "courses": courses,
         "drift": drift,
@@ -305,6 +368,7 @@ if __name__ == "__main__":
         "gates": gates,
         "posterior": posterior,
         "refits": refits,
+        "rounds": rounds,
     }
     for part in sys.argv[1:] or parts:
         parts[part]()

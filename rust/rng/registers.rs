@@ -117,7 +117,7 @@ unsafe impl Registers for Portable {
 
 #[cfg(target_arch = "x86_64")]
 mod x86 {
-    #[allow(clippy::wildcard_imports, reason = "forty names, all of which begin with _mm or __m")]
+    #[allow(clippy::wildcard_imports, reason = "all imported names begin with _mm or __m")]
     use std::arch::x86_64::*;
 
     use super::Registers;

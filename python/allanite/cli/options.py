@@ -407,7 +407,10 @@ def log_options(command: Callable[..., Any]) -> Callable[..., Any]:
         arguments are passed unchanged.
         """
         read = {name: arguments.pop(name) for name in _READ_NAMES}
-        reading = ReadOptions(**{**read, "scale": dict(read["scale"])})
+        scales = dict(read["scale"])
+        if len(scales) < len(read["scale"]):
+            raise InputError("--scale: a column is named twice: give one factor for each column")
+        reading = ReadOptions(**{**read, "scale": scales})
         others = {name: arguments.pop(name) for name in _OTHER_NAMES}
         return command(options=LogOptions(reading, **others), **arguments)
 

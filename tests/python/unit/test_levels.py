@@ -212,7 +212,7 @@ def test_a_periodic_level_has_its_factor():
 
 @pytest.mark.parametrize("seed", [1, 3, 4, 5])
 def test_a_level_that_returns_after_about_the_same_time_has_no_period(seed):
-    """The log of the level is a band of 0.21 to 0.22 Hz: before, each had a period of p < 10⁻⁷."""
+    """The logarithm of the level is noise between 0.21 and 0.22 Hz, so the level has no period."""
     rng, n, rate = np.random.default_rng(seed), 60_000, 10.0
     frequency = np.fft.rfftfreq(n, 1.0 / rate)
     band = np.exp(-0.5 * ((frequency - 0.2163) / 0.006) ** 2)

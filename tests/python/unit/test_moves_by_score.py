@@ -65,7 +65,7 @@ def test_a_split_promises_what_its_refit_gains():
     for promised, places, model in models_with_split(fit):
         assert places == (1,)
         gain = evidence_gain(refitted(fit, model).solution, fit.solution, fit.data)
-        # The prior of a random walk is 3, of which 2.5 count. Smaller gains do not make two effects of one.
+        # A split costs the prior of the replaced random walk, at most 2.5 nats. Splits that gain up to 3 nats are not made.
         if gain > 3.0:
             clear += 1
             assert promised == pytest.approx(gain - 2.5, abs=0.1)

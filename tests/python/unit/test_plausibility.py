@@ -293,6 +293,9 @@ def test_raw_counts_are_scaled(tmp_path, capsys):
     for wrong in ("gx", "gx=a", "gx=1/0", "=2", "gz=1/131"):
         code, out, err = run(capsys, "fit", log, "--rate", 100, "--unit", "deg/s", "--scale", wrong)
         assert (code, out, err.count("\n")) == (2, "", 1)
+    twice = ("--scale", "gx=1/131", "--scale", "gx=1/65")
+    code, out, err = run(capsys, "fit", log, "--rate", 100, "--unit", "deg/s", *twice)
+    assert (code, out, err.count("\n")) == (2, "", 1)
 
 
 # -- motion ----------------------------------------------------------------------------------------

@@ -64,8 +64,9 @@ MAX_NEGLECTED_MIXING = 0.01
 DIAGONAL_INCREASES = (1e-12, 1e-10, 1e-8)
 #: Relative residual at which conjugate gradients stop. Chosen by judgment; not measured.
 GRADIENT_TOLERANCE = 1e-5
-#: The same in the rounds of completion and fit, where each round starts from the solutions of the last one. Of a clock of
-#: 334 000 samples, 67 % missing, all coefficients are within 0.13 % of those with 1e-5, which take three times as long.
+#: The same in the rounds of completion and fit, where each round starts from the solutions of the last one. With two
+#: thirds of 100 000 samples missing, all coefficients are within 0.07 standard errors of those with 1e-5, which take twice
+#: as long (benches/decisions/chosen_values.py rounds).
 ROUND_TOLERANCE = 1e-3
 #: Maximum steps of conjugate gradients. Chosen by judgment; not measured.
 MAX_GRADIENT_STEPS = 400

@@ -46,6 +46,9 @@ PHASES = 64
 FINE_PHASES = 8
 #: Number of periods tried around the best one.
 REFINED_PERIODS = 33
+#: Frequencies per block whose median is the usual power of a periodic level: a part of the frequency, within limits. Half
+#: or twice these values give no false period of 8 and all 8 true ones, too (benches/decisions/chosen_values.py background).
+BACKGROUND_PARTS, MIN_BACKGROUND_VALUES, MAX_BACKGROUND_VALUES = 8, 32, 128
 #: Slope of −ln p over the statistic H (de Jager & Büsching 2010, A&A 517).
 H_SLOPE = 0.398
 
@@ -382,11 +385,11 @@ def _background(ratio: Array) -> Array:
     """Array of the usual power at neighboring frequencies, at least 1, of the same shape as `ratio`.
 
     It is the median of blocks of an eighth of the frequency, 32 to 128 values, divided by that of an exponential law.
-    These sizes are chosen by judgment; not measured.
     """
     edges = [0]
     while edges[-1] < ratio.size:
-        edges.append(edges[-1] + min(128, max(32, edges[-1] // 8)))
+        size = edges[-1] // BACKGROUND_PARTS
+        edges.append(edges[-1] + min(max(size, MIN_BACKGROUND_VALUES), MAX_BACKGROUND_VALUES))
     edges[-1] = ratio.size
     usual = [float(np.median(ratio[a:b])) for a, b in pairwise(edges)]
     return np.maximum(np.repeat(usual, np.diff(edges)) / np.log(2.0), 1.0)
