@@ -17,7 +17,7 @@
 //! | [`ranks`] | sorting and ranks | |
 //! | [`text`] | numeric columns of a text log | |
 //! | [`parallel`] | work on several threads | |
-//! | [`machine`] | vector units, large buffers, allocator | |
+//! | [`machine`] | vector units, large buffers, allocator, panics | |
 //!
 //! The package has no Rust interface: modules are public only for the tests in `tests/` and the timings in `benches/`.
 //!

@@ -21,7 +21,7 @@ pub use pool::pooled;
 
 /// Results of `work(state, item)` for every item, in the order of the items. Each worker has its own state. Items are
 /// handed out in order. An item is a number of a range or a chunk of a slice; a worker writes its chunk without a
-/// lock.
+/// lock. A panic in `work` sets `stop`, ends all workers and panics in the caller.
 pub(crate) fn for_each<S, I, R, M, W>(
     threads: usize,
     items: I,
@@ -46,6 +46,7 @@ where
     let items = Mutex::new(items.enumerate());
     let done: Mutex<Vec<(usize, R)>> = Mutex::new(Vec::with_capacity(count));
     pool::run_also_on(threads.min(count) - 1, &|| {
+        let _guard = EndOthers(stop);
         let mut state = make();
         while wanted() {
             let next = locked(&items).next();
@@ -58,6 +59,18 @@ where
     let mut done = take(&mut *locked(&done));
     done.sort_unstable_by_key(|(place, _)| *place);
     Ok(done.into_iter().map(|(_, result)| result).collect())
+}
+
+/// Sets the stop flag when its thread panics. So the other workers start no further items, and none waits for the item
+/// that panicked.
+struct EndOthers<'a>(&'a AtomicBool);
+
+impl Drop for EndOthers<'_> {
+    fn drop(&mut self) {
+        if std::thread::panicking() {
+            self.0.store(true, Ordering::Relaxed);
+        }
+    }
 }
 
 /// Error if the caller wants to stop.
@@ -79,6 +92,8 @@ pub fn default_threads() -> usize {
 #[cfg(test)]
 mod tests {
     use std::panic::{AssertUnwindSafe, catch_unwind};
+    use std::sync::atomic::AtomicUsize;
+    use std::time::Duration;
 
     use proptest::prelude::*;
 
@@ -95,19 +110,40 @@ mod tests {
 
     #[test]
     fn a_panic_in_a_worker_reaches_the_caller_and_the_pool_survives() {
-        let stop = AtomicBool::new(false);
         for threads in [1, 2, 7] {
             for bad in [0, 17, 99] {
                 let work = |(): &mut (), item: usize| {
                     assert_ne!(item, bad, "a bug in one item");
                     item
                 };
+                let stop = AtomicBool::new(false);
                 let caught = catch_unwind(AssertUnwindSafe(|| for_each(threads, 0..100, &stop, || (), work)));
                 assert!(caught.is_err(), "{threads} threads");
             }
+            let stop = AtomicBool::new(false);
             let sum: usize = for_each(threads, 0..100, &stop, || (), |(), item| item).unwrap().iter().sum();
             assert_eq!(sum, 4950);
         }
+    }
+
+    #[test]
+    fn a_panic_in_a_worker_ends_the_others() {
+        let (stop, later) = (AtomicBool::new(false), AtomicUsize::new(0));
+        let work = |(): &mut (), item: usize| {
+            assert_ne!(item, 5, "a bug in one item");
+            if item == 4 {
+                // As a block of noise that waits for a block of another worker.
+                while !stop.load(Ordering::Relaxed) {
+                    std::thread::yield_now();
+                }
+            }
+            later.fetch_add(usize::from(item > 5), Ordering::Relaxed);
+            std::thread::sleep(Duration::from_millis(1));
+        };
+        let caught = catch_unwind(AssertUnwindSafe(|| for_each(3, 0..10_000, &stop, || (), work)));
+        assert!(caught.is_err());
+        // All items take more than 3 s; unwinding takes far less than 1 s, even on a busy machine.
+        assert!(later.into_inner() < 2_000);
     }
 
     #[test]

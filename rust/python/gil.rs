@@ -1,36 +1,18 @@
-//! Release of the GIL for long calls, conversion of errors and panics, and handling of Ctrl-C.
+//! Release of the GIL for long calls, panics as errors, and handling of Ctrl-C.
 
-use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, sync_channel};
 use std::time::Duration;
 
 use pyo3::prelude::*;
 
-use crate::parallel::locked;
+use crate::machine::panics::guarded;
 use crate::{Error, Result};
 
 /// Version of the crate, which is the version of the package.
 #[pyfunction]
 pub(super) fn version() -> &'static str {
     env!("CARGO_PKG_VERSION")
-}
-
-/// Message and source location of the last panic.
-static PANIC: Mutex<String> = Mutex::new(String::new());
-
-/// Stores the message of a panic instead of printing it, so that it becomes the message of an exception.
-pub(super) fn keep_panics() {
-    std::panic::set_hook(Box::new(|panic| {
-        *locked(&PANIC) = panic.to_string();
-    }));
-}
-
-/// Runs `work`; a panic in it becomes [`Error::Internal`].
-fn guarded<T>(work: impl FnOnce() -> Result<T>) -> Result<T> {
-    // Data that a panic leaves incomplete are not used, because the error is a bug to report.
-    catch_unwind(AssertUnwindSafe(work)).unwrap_or_else(|_| Err(Error::Internal(locked(&PANIC).clone())))
 }
 
 /// How often the calling thread checks for Ctrl-C.

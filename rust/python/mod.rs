@@ -28,7 +28,7 @@ mod _core {
     #[pymodule_init]
     #[expect(clippy::unnecessary_wraps, reason = "the signature that pymodule_init asks for")]
     fn begin(_module: &Bound<'_, PyModule>) -> PyResult<()> {
-        super::gil::keep_panics();
+        crate::machine::panics::keep();
         Ok(())
     }
 
