@@ -25,8 +25,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike
 
-    from allanite.effects import Effect, Modifier, Stochastic
-    from allanite.effects._filter import Response
+    from allanite.effects import Effect, Modifier, Response, Stochastic
     from allanite.effects.terms import Term
 
     Gain = Callable[..., Array]

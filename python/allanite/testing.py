@@ -16,8 +16,11 @@ from allanite import _kernels
 from allanite.common.arrays import Array
 from allanite.common.errors import InputError
 from allanite.effects import (
+    SCREENS,
+    Columns,
     Deterministic,
     Effect,
+    GaussMarkov,
     Model,
     Modifier,
     Parameter,
@@ -28,8 +31,6 @@ from allanite.effects import (
     parse_model,
     white_noise,
 )
-from allanite.effects._declared import SCREENS, Columns
-from allanite.effects.gauss_markov import GaussMarkov
 from allanite.simulate import simulate
 from allanite.spectrum import bins_of
 

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from typing import BinaryIO
 
     from allanite.cli.models import NamedModel
-    from allanite.readers._table import Table
+    from allanite.readers import Table
     from allanite.readers.columns import Roles
 
 #: Rows of numbers from which the columns are recognized. Without a header, this many rows show which column is time.

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from allanite import deviation
 from allanite.common.documents import fields_dict
 from allanite.common.errors import TooShortError
-from allanite.effects._follower import lagged
+from allanite.effects import lagged
 from allanite.spectrum import bridge_gaps
 
 if TYPE_CHECKING:

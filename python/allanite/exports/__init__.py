@@ -23,6 +23,7 @@ from allanite.exports._axis import (
 from allanite.exports._axis_model import model_of_expected_size, warning_of
 from allanite.exports._lines import value_lines
 from allanite.exports._target import Target, Targets
+from allanite.exports._text import verdict_in
 from allanite.recording.axis_names import AXIS
 from allanite.recording.samples import find_column
 from allanite.sources import Source
@@ -39,6 +40,7 @@ __all__ = [
     "model_of_expected_size",
     "rate_of",
     "value_lines",
+    "verdict_in",
     "warning_of",
 ]
 

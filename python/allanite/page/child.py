@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
     from allanite.common.read_options import ReadOptions
-    from allanite.readers._table import Table
+    from allanite.readers import Table
     from allanite.recording import Recording
 
 #: Number of segments of a spark line.

@@ -20,7 +20,7 @@ from allanite.common.plain import plain
 from allanite.common.read_options import ReadOptions, takes_parameters_of
 from allanite.readers import text
 from allanite.readers._format import Formats, LogFormat
-from allanite.readers._isolated import errors_in_one_line
+from allanite.readers._isolated import errors_in_one_line, limits_of, refused_as
 from allanite.readers._lines import head_of
 from allanite.readers._table import Picker, Table
 from allanite.readers.columns import Layout, layout_of
@@ -42,9 +42,11 @@ __all__ = [
     "LogFormat",
     "Picker",
     "Table",
+    "limits_of",
     "read",
     "read_sensors",
     "read_table",
+    "refused_as",
 ]
 
 #: All log formats; a file that none of them claims is read as a table of text.

@@ -24,7 +24,7 @@ from allanite.common.errors import InputError, TooShortError, about
 from allanite.common.isolation import call_isolated
 from allanite.common.numbers import number
 from allanite.common.showing import aligned_lines, brief
-from allanite.readers._isolated import limits_of, refused_as
+from allanite.readers import limits_of, refused_as
 from allanite.scale.logs import without_quote
 
 #: Standard deviation of a normal distribution divided by its median absolute deviation: 1/Φ⁻¹(¾).

@@ -18,8 +18,7 @@ from allanite.common.errors import InputError, about
 from allanite.common.units import ACCELERATION, ANGULAR_RATE, FREQUENCY, parse_unit
 from allanite.effects import CATALOG, Stochastic
 from allanite.fit.classical.gls import fit_gls
-from allanite.readers import read_table, text
-from allanite.readers._table import Table
+from allanite.readers import Table, read_table, text
 from allanite.recording.sensor_names import sensor_kind
 from allanite.sources.documents import model_document
 

@@ -25,7 +25,7 @@ import numpy as np
 from allanite import _kernels
 from allanite.common.arrays import Array
 from allanite.common.errors import InputError
-from allanite.effects._filter import Filter
+from allanite.effects import Filter
 from allanite.effects.terms import (
     Blue,
     Exponential,

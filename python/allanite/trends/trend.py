@@ -25,7 +25,12 @@ from allanite.common.showing import text_html
 from allanite.common.threads import stop_if_unwanted
 from allanite.common.validation import require_recording
 from allanite.effects import Model, parse_model
-from allanite.fit.stamped.candidates import Candidate, FittedNoise, fit_noise
+from allanite.fit.stamped.candidates import (
+    Candidate,
+    FittedNoise,
+    fit_noise,
+    power_law_exponent,
+)
 from allanite.fit.stamped.likelihood import Regressed, StampedSeries
 from allanite.fit.stamped.noise import sampled_noise
 from allanite.fit.stamped.uncertainty import amplitude_errors
@@ -628,21 +633,16 @@ def _noise_parts(model: Model, rate: float, unit: str) -> tuple[tuple[str, float
     The size is that of the white noise which, filtered, gives the process. The unit is U for white noise, and U/yr^(−κ/4)
     for a power law whose spectrum is f^κ. U is the unit of the series, `rate` the sampling rate in Hz.
     """
-    names = {
-        "angle_random_walk": "white",
-        "bias_instability": "flicker",
-        "rate_random_walk": "random walk",
-    }
-    exponents = {"angle_random_walk": 0.0, "bias_instability": -1.0, "rate_random_walk": -2.0}
+    names = {0.0: "white", -1.0: "flicker", -2.0: "random walk"}
     out = []
     for effect in model.stochastic:
-        exponent = exponents.get(effect.kind, effect.values.get("exponent"))
-        assert isinstance(exponent, float)
+        exponent = power_law_exponent(effect)
+        assert exponent is not None
         # Standard deviation of the white noise that is summed (Kasdin 1995), per sample.
         power = effect.psd([0.5 * rate / np.pi], rate=rate)[0] * rate
         level = float(np.sqrt(power / (2.0 * np.sin(0.5)) ** exponent))
         quarter = -0.25 * exponent
-        name = names.get(effect.kind, f"power law κ = {exponent:.2f}")
+        name = names.get(exponent, f"power law κ = {exponent:.2f}")
         size = level * (rate * YEAR) ** quarter
         out.append((name, size, unit if quarter == 0.0 else f"{unit}/yr^{quarter:.2g}"))
     return tuple(out)

@@ -32,6 +32,17 @@ def test_public_names_are_documented():
         )
 
 
+def test_private_modules_are_imported_only_within_their_package():
+    private = re.compile(r"^ *from (allanite\.(\w+)\.[\w.]*\b_\w+) import", re.MULTILINE)
+    found = [
+        f"{path.relative_to(PACKAGE)}: {module}"
+        for path in PACKAGE.rglob("*.py")
+        for module, owner in private.findall(path.read_text(encoding="utf-8"))
+        if path.relative_to(PACKAGE).parts[0] != owner
+    ]
+    assert not found
+
+
 @pytest.mark.slow
 def test_no_message_of_the_library_names_an_option():
     package = ROOT / "python" / "allanite"

@@ -12,8 +12,7 @@ import pytest
 
 import allanite as al
 import thermal_sensors as ts
-from allanite.effects import Covariate
-from allanite.effects._follower import lagged
+from allanite.effects import Covariate, lagged
 from documents import valid
 
 pytestmark = pytest.mark.slow

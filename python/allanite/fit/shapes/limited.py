@@ -11,8 +11,7 @@ from dataclasses import replace
 from math import isclose
 from typing import TYPE_CHECKING
 
-from allanite.effects import Deterministic, Model
-from allanite.effects._limits import LIMIT_TOLERANCE, Limits
+from allanite.effects import LIMIT_TOLERANCE, Deterministic, Limits, Model
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -333,6 +333,13 @@ def _variance_after(noise: StampedNoise, length: float) -> float:
     return total
 
 
+def power_law_exponent(effect: Stochastic) -> float | None:
+    """Exponent a of a density in fᵃ, from the slope of the Allan deviation or the parameter; None for other processes."""
+    if effect.standard is not None:
+        return -1.0 - 2.0 * effect.standard.slope
+    return effect.values.get("exponent")
+
+
 def _start_values(
     candidate: Candidate, start: FittedNoise | None, limits: Sequence[tuple[float, float]]
 ) -> Array:
@@ -352,11 +359,10 @@ def _start_values(
         places = np.array([known.get(effect, new) for effect in candidate.effects])
         first[: sizes - 1] = (places - places[0])[1:]
         if candidate.exponents is not None:
-            last = start.candidate.effects[-1].kind
-            exponent = {"bias_instability": -1.0, "rate_random_walk": -1.8}.get(last)
             if start.candidate.exponents is not None:
-                exponent = float(start._parameters[-1])
-            first[-1] = first[-1] if exponent is None else exponent
+                first[-1] = start._parameters[-1]
+            elif exponent := power_law_exponent(start.candidate.effects[-1]):
+                first[-1] = max(exponent, -1.8)
             if sizes > 1 and len(start.candidate.effects) == sizes:
                 first[sizes - 2] = float(start._parameters[sizes - 1] - start._parameters[0])
     low, high = np.array(limits).T

@@ -12,7 +12,7 @@ from allanite.common.numbers import duration_text
 from allanite.common.read_options import ReadOptions
 from allanite.common.units import parse_unit
 from allanite.comparison import accept_study
-from allanite.exports._text import verdict_in
+from allanite.exports import verdict_in
 from allanite.page.edits import deviation_unit
 from allanite.page.shown import documents
 from allanite.page.shown.catalogue import catalogue
