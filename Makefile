@@ -100,7 +100,10 @@ fuzz-core: ## fuzz the text reader of the core with libFuzzer, one minute for ea
 
 release: $(VENV)/.made ## VERSION=1.2.3: check and build a release; nothing leaves this machine
 	@$(BIN)/python docs/release.py "$(VERSION)"
-	$(BIN)/maturin build --release --locked --sdist --out dist
+	rm -rf target/source && mkdir -p target/source
+	git archive HEAD | tar -x -C target/source
+	$(BIN)/python target/source/docs/release.py --links
+	$(BIN)/maturin build --manifest-path target/source/Cargo.toml --target-dir target --release --locked --sdist --out dist
 	$(BIN)/python -m pip install --quiet twine
 	$(BIN)/twine check --strict dist/*
 	@echo "To publish $(VERSION): commit, git tag -a v$(VERSION), git push --tags; the release workflow does the rest."

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 import tempfile
 from pathlib import Path
@@ -13,12 +14,16 @@ from traitlets.config import Config
 NOTEBOOKS = Path(__file__).parent / "notebooks"
 #: Forms of an output that are kept, the first of them that exists: figures, tables, text.
 KEPT = ("image/svg+xml", "text/html", "text/plain")
+#: Settings of the figures: the same identifiers in each run, so that a figure changes only with its contents.
+FIGURES = "svg.hashsalt: allanite\n"
 
 
 def executed(path: Path) -> nbformat.NotebookNode:
     """The notebook with the outputs of a run in an empty folder."""
     notebook = nbformat.read(path, as_version=4)
     with tempfile.TemporaryDirectory() as folder, tempfile.TemporaryDirectory() as sockets:
+        settings = Path(sockets) / "matplotlibrc"
+        settings.write_text(FIGURES, encoding="utf-8")
         # Unlike TCP, this transport needs no encryption, so the kernel does not warn.
         ipc = {"transport": "ipc", "ip": str(Path(sockets) / "kernel")}
         client = NotebookClient(
@@ -27,7 +32,7 @@ def executed(path: Path) -> nbformat.NotebookNode:
             timeout=300,
             config=Config({"KernelManager": ipc}),
         )
-        client.execute()
+        client.execute(env={**os.environ, "MATPLOTLIBRC": str(settings)})
     for cell in notebook.cells:
         cell.metadata.pop("execution", None)  # times of this run
         for output in cell.get("outputs", []):
