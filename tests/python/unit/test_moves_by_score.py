@@ -72,3 +72,15 @@ def test_a_split_promises_what_its_refit_gains():
         else:
             assert promised < 0.5
     assert clear
+
+
+def test_an_effect_of_the_start_may_come_back_in_the_last_step():
+    """A split brings back the random walk, which an earlier step dropped: nothing is known about it before."""
+    rng = np.random.default_rng(3)
+    samples = g.white(rng, 4000, RATE, 0.01) + g.gauss_markov(rng, 4000, RATE, 0.02, 5.0)
+    record = al.Recording(samples, rate=RATE, unit="deg/s")
+    first = State.of(al.fit_model(record, "N+B+K"))
+    before = first.after(al.fit_model(record, "N+B"), (2,))
+    after = before.after(al.fit_model(record, "N+K+GM"), (1,))
+    assert (before.numbers, after.numbers) == ((0, 1), (0, 2, 3))
+    assert 2 in without_needless_effects(before, after, ()).numbers

@@ -59,7 +59,11 @@ def without_needless_effects(before: State, after: State, needed: Collection[str
     for number in reversed(after.numbers[:-1]):
         place = state.numbers.index(number)
         given = state.is_given(place)
-        if given and (slow or not is_detected(before.fit, before.numbers.index(number))):
+        # One that comes back in the last step was not there before.
+        there = number in before.numbers
+        if given and (
+            slow or not there or not is_detected(before.fit, before.numbers.index(number))
+        ):
             continue
         if _is_line_needed_as_before(before, state, number):
             continue
