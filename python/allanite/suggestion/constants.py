@@ -77,8 +77,7 @@ MIN_SCREEN_GAIN = 3.0
 #: Basis: derivation; e⁻⁸, a false-alarm probability of 3 in 10 000 for each line. Judgment for the other forms.
 #: Ablation: no change.
 MIN_DELTA_LOGL_OVER_SIMPLER = 8.0
-#: Unit: effects. Number of best plain forms of an effect from which a richer form is made. Also the number of second
-#: effects that are tried if the first one alone raises an error.
+#: Unit: effects. Number of best plain forms of an effect from which a richer form is made.
 #: Basis: judgment. Ablation: no change.
 MAX_FORMS_TRIED = 8
 #: Unit: designs. Best designs of a filter whose shapes are optimized.
@@ -87,9 +86,6 @@ MAX_DESIGNS_POLISHED = 3
 #: Unit: points. Grid points of a resonance or a notch from which the likelihood is maximized.
 #: Basis: judgment.
 MAX_NARROW_POINTS_CLIMBED = 60
-#: Unit: 1. Largest ratio of the shapes of another design of a filter to those of the present one.
-#: Basis: judgment.
-MAX_SHAPE_RATIO = 2.0
 
 # Lines and narrow bands.
 

@@ -75,7 +75,42 @@ def screen_band_level(solution: Solution, data: Data, whitened: Whitened) -> Can
     kinds = [cls for cls in CATALOG if issubclass(cls, Modifier) and cls.screened == "band level"]
     if not kinds or whitened.samples.size < data.n or is_deformed_by_rounding(data):
         return None  # a summary keeps no samples
-    whitened = whitened.with_normal_tails
+    found, searches = _changed_bands(solution, data, whitened.with_normal_tails)
+    if not found:
+        return None
+    log_p, begin, close, first, size, cells = min(found, key=lambda one: one[0])
+    if not MIN_BAND_LEVEL_FRACTION < close - begin < 1.0 - MIN_BAND_LEVEL_FRACTION:
+        return None  # a short ringing is a disturbance
+    factor, gain, known, steady = _fitted_level_change(cells, begin, close)
+    half = data.rate / (2.0 * data.n)
+    band = first * half, (first + size) * half
+    if any(bands_overlap(band, e.band) for e in solution.model.modifiers if e.band is not None):
+        return None  # this band has a change of level already
+    if largest_delta_logl(steady) > MAX_EXPLAINED_REMAINDER * gain:
+        return None
+    effect = kinds[0].from_values(
+        low=band[0],
+        high=band[1],
+        start=data.start + begin * data.duration,
+        end=data.start + close * data.duration,
+        factor=factor,
+    )
+    if effect is None or abs(factor - 1.0) < max(solution.discrepancy, known):
+        return None
+    model = solution.model
+    refitted = solve(data, model + effect, like=solution, settled=len(model), rounds=3)
+    last = refitted.model.effects[-1]
+    return Candidate(last, gain, LEVELS, refitted, last.numbers, min(0.0, log_p + searches))
+
+
+def _changed_bands(
+    solution: Solution, data: Data, whitened: Whitened
+) -> tuple[list[tuple[float, float, float, int, int, list[Cell]]], float]:
+    """Pair: list of (ln p, begin, end, first ordinate, number, cells) of bands with a changed level; ln(searches).
+
+    Only bands with a p-value below 1 % after correction for all searches are listed. `begin` and `end` are fractions of
+    the record, and `cells` as for `_fitted_level_change`. Octaves are searched only if no band of a process is listed.
+    """
     ordinates = _kernels.cosine_transform(whitened.samples)
     octaves = octaves_of(whitened)
     bands = list(_dominated_bands(solution, data))
@@ -104,31 +139,7 @@ def screen_band_level(solution: Solution, data: Data, whitened: Whitened) -> Can
             if size >= MIN_POWER_VALUES:
                 power = series(first, size)
                 found.append((log_p, *_interval(power)[:2], first, size, [(power, 1.0)]))
-    if not found:
-        return None
-    log_p, begin, close, first, size, cells = min(found, key=lambda one: one[0])
-    if not MIN_BAND_LEVEL_FRACTION < close - begin < 1.0 - MIN_BAND_LEVEL_FRACTION:
-        return None  # a short ringing is a disturbance
-    factor, gain, known, steady = _fitted_level_change(cells, begin, close)
-    half = data.rate / (2.0 * data.n)
-    band = first * half, (first + size) * half
-    if any(bands_overlap(band, e.band) for e in solution.model.modifiers if e.band is not None):
-        return None  # this band has a change of level already
-    if largest_delta_logl(steady) > MAX_EXPLAINED_REMAINDER * gain:
-        return None
-    effect = kinds[0].from_values(
-        low=band[0],
-        high=band[1],
-        start=data.start + begin * data.duration,
-        end=data.start + close * data.duration,
-        factor=factor,
-    )
-    if effect is None or abs(factor - 1.0) < max(solution.discrepancy, known):
-        return None
-    model = solution.model
-    refitted = solve(data, model + effect, like=solution, settled=len(model), rounds=3)
-    last = refitted.model.effects[-1]
-    return Candidate(last, gain, LEVELS, refitted, last.numbers, min(0.0, log_p + searches))
+    return found, searches
 
 
 def best_levels(found: Sequence[Candidate | None], n: int) -> list[Candidate]:

@@ -179,8 +179,8 @@ def _level_effects(model: Model, columns: Mapping[str, Array]) -> list[Modifier]
 def _level_borders(power: Array, freedom: float, *, turns: bool) -> NDArray[np.int64]:
     """Array of the most likely borders between intervals of constant noise level, as indices of `power`.
 
-    With `turns`, two levels alternate. Without `turns`, each interval has its own level, and the ΔlogL of each border is
-    above the cost of its two parameters. `freedom` is the degrees of freedom of each value.
+    With `turns`, two levels alternate. Without `turns`, each interval has its own level, and a border costs two
+    parameters. `freedom` is the degrees of freedom of each value.
     """
     cells = min(LEVEL_CELLS, power.size // 8)
     edges = np.arange(cells + 1) * power.size // cells
@@ -195,7 +195,7 @@ def _level_borders(power: Array, freedom: float, *, turns: bool) -> NDArray[np.i
         places = most_likely_borders(
             power, places, _levels(power, places, turns), power.size // cells
         )
-    return places if turns else _without_needless_borders(power, places, freedom, 2.0 * price)
+    return places
 
 
 def _partition(power: Array, count: Array, price: float) -> list[int]:
@@ -294,31 +294,6 @@ def _levels(power: Array, places: NDArray[np.int64], turns: bool) -> Array:
     for k in (0, 1):
         out[k::2] = max(sums[k::2].sum() / sizes[k::2].sum(), 1e-12)
     return out
-
-
-def _without_needless_borders(
-    power: Array, places: NDArray[np.int64], freedom: float, price: float
-) -> NDArray[np.int64]:
-    """Array of the borders between intervals of constant power that remain after needless borders are removed.
-
-    The border whose removal lowers logL least is removed again and again, as long as logL falls by at most `price` nats.
-    `places` are the borders as indices of `power`; `freedom` is the degrees of freedom of each value.
-    """
-    # Two borders within a coarse cell may stand for one change.
-    while places.size:
-        whole = _loss(power, places, freedom)
-        without = [_loss(power, np.delete(places, k), freedom) for k in range(places.size)]
-        least = int(np.argmin(without))
-        if without[least] - whole > price:
-            break
-        places = np.delete(places, least)
-    return places
-
-
-def _loss(power: Array, places: NDArray[np.int64], freedom: float) -> float:
-    """Negative logL, up to a constant, of the power with one constant level between neighboring borders."""
-    sizes = np.diff([0, *places, power.size])
-    return float(0.5 * freedom * sizes @ np.log(_levels(power, places, turns=False)))
 
 
 def screen_cycle(series: Series, model: Model) -> Candidate | None:
@@ -462,16 +437,11 @@ def _best_phases(sums: Array, count: Array, freedom: float) -> tuple[float, int,
     `sums` and `count` are the sum and number of the values at each phase. `first` and `end` are phases in 1/64 of a
     period. `end` is exclusive and may be above 64. `freedom` is the degrees of freedom of each value.
     """
-    twice = np.concatenate([[0.0], np.cumsum(np.tile(sums, 2))])
-    sizes = np.concatenate([[0.0], np.cumsum(np.tile(count, 2))])
+    twice, sizes = (np.concatenate([[0.0], np.cumsum(np.tile(x, 2))]) for x in (sums, count))
     first = np.arange(PHASES)[:, None]
     last = first + np.arange(1, PHASES // 2 + 1)[None, :]
-    n = sizes[last] - sizes[first]
-    inside = np.maximum((twice[last] - twice[first]) / n, 1e-12)
-    whole, size = float(sums.sum()), float(count.sum())
-    outside = np.maximum((whole - inside * n) / (size - n), 1e-12)
-    mean = whole / size
-    gain = -0.5 * freedom * (n * np.log(inside / mean) + (size - n) * np.log(outside / mean))
+    inside, size = twice[last] - twice[first], sizes[last] - sizes[first]
+    gain = delta_logl_of_two_levels(inside, size, float(sums.sum()), float(count.sum()), freedom)
     a, b = np.unravel_index(int(np.argmax(gain)), gain.shape)
     return float(gain[a, b]), int(a), int(a + b + 1)
 

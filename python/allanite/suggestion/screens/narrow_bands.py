@@ -5,7 +5,6 @@ The screen of the spectrum compares bins, which hide such bands. It refits those
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -24,36 +23,19 @@ if TYPE_CHECKING:
 WIDTHS = tuple(2**k for k in range(2, 13))
 
 
-@dataclass(frozen=True, slots=True)
-class Excess:
-    """A band with more power than the model.
-
-    Attributes
-    ----------
-    low, high : float
-        Its ends, Hz.
-    gain : float
-        ΔlogL of a flat band: ½k(m − 1 − ln m) for k ordinates with m times the expected power.
-    variance : float
-        Variance of the excess, U².
-    """
-
-    low: float
-    high: float
-    gain: float
-    variance: float
-
-
 def widths_tried(n: int) -> int:
     """Number of widths of bands narrower than a bin that are tried in a record of n samples; at least 1."""
     return max(1, sum(width <= MAX_NARROW_WIDTH * n for width in WIDTHS))
 
 
-def narrow_bands(solution: Solution, data: Data, white: NDArray[np.float64]) -> Iterator[Excess]:
-    """Iterator over `Excess`, one for each tried width: the narrow band with the largest excess of power over the model.
+def narrow_bands(
+    solution: Solution, data: Data, white: NDArray[np.float64]
+) -> Iterator[tuple[float, float, float, float]]:
+    """Iterator over (ΔlogL, low, high, variance), one for each tried width: the band with the largest excess of power.
 
-    Bands are searched in the whitened ordinates `white`, at frequencies where the bins are wider than the band. Widths
-    with no excess are skipped.
+    Bands are searched in the whitened ordinates `white`, at frequencies where the bins are wider than the band. ΔlogL is
+    that of a flat band: ½k(m − 1 − ln m) for k ordinates with m times the expected power. `low` and `high` are its ends,
+    Hz, and `variance` is that of the excess, U². Widths with no excess are skipped.
     """
     total = np.square(white)
     np.cumsum(total, out=total)
@@ -70,9 +52,5 @@ def narrow_bands(solution: Solution, data: Data, white: NDArray[np.float64]) -> 
         if mean > 1.0:
             power = float(np.sum(solution.ordinates[at : at + width] ** 2)) * (1.0 - 1.0 / mean)
             own = share[int(np.searchsorted(data.bins.edges, at, side="right")) - 1]
-            yield Excess(
-                (at - 0.5) * hertz,
-                (at + width - 0.5) * hertz,
-                0.5 * float(own) * width * (mean - 1.0 - float(np.log(mean))),
-                power / data.n,
-            )
+            gain = 0.5 * float(own) * width * (mean - 1.0 - float(np.log(mean)))
+            yield gain, (at - 0.5) * hertz, (at + width - 0.5) * hertz, power / data.n

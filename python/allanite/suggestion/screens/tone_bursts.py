@@ -7,11 +7,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from allanite.fit.likelihood.discrepancy import (
-    MIN_DISCREPANCY_DELTA_LOGL,
-    best_scale,
-    marginal_likelihood,
-)
 from allanite.fit.rivals.line_trials import line_trials
 from allanite.fit.shapes.drifting import MAX_EXHAUSTIVE_FREQUENCIES, Band
 from allanite.fit.shapes.tones import (
@@ -82,7 +77,7 @@ def _best_candidate(
     * The ΔlogL is less than 8 above that of a line over the whole record, or of a nearby line or band in `lasting`.
     * The burst cannot become significant, has fewer than 4 periods, or has no positive frequency.
     * A moving band of the model passes this frequency, or a burst of the model at this frequency overlaps in time.
-    * The model with the burst still has a discrepancy, or the model needs one at other frequencies.
+    * The model with the burst still has a discrepancy.
     """
     noise, T = solution.noise(data), data.duration
     tried = [(band, search_burst(band)) for band in bands]
@@ -100,8 +95,6 @@ def _best_candidate(
     if not may_become_significant(family, MAX_REFIT_GAIN_RATIO * search_gain):
         return None
     if middle * (last - first) < MIN_PERIODS or _is_on_course(frequency, solution):
-        return None
-    if _needs_discrepancy_elsewhere(frequency, 1.0 / ((last - first) * T), solution, data):
         return None
     effect = blank.with_values(
         frequency=frequency, start=data.start + first * T, end=data.start + last * T
@@ -122,24 +115,6 @@ def _is_on_course(frequency: float, solution: Solution) -> bool:
     """True if the frequency, Hz, lies in the range of a moving band of the model, which may look like a burst there."""
     courses = [e.occupies for e in solution.model if e.moving]
     return any(course is not None and course[0] <= frequency <= course[1] for course in courses)
-
-
-def _needs_discrepancy_elsewhere(
-    frequency: float, width: float, solution: Solution, data: Data
-) -> bool:
-    """True if the model needs a discrepancy in bins that are farther than `width` from the `frequency` (both in Hz).
-
-    A discrepancy must raise logL there by more than 3 nats. False if the model has no discrepancy.
-    """
-    edges = data.bins.edges / (2.0 * data.duration)
-    far = (edges[1:] < frequency - width) | (edges[:-1] > frequency + width)
-    if solution.best.scale is None or not far.any():
-        return False
-    part = solution.power[far], solution.count[far], solution.spectrum[far]
-    return (
-        best_scale(*part)[1]
-        > marginal_likelihood(*part, None).log_likelihood + MIN_DISCREPANCY_DELTA_LOGL
-    )
 
 
 def _is_same_line(one: Deterministic, other: Deterministic) -> bool:
