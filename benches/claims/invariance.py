@@ -28,7 +28,7 @@ from records import HIDDEN, NULLS, record
 from results_file import Results
 
 import allanite as al
-from allanite.fit import excludes_samples, refitted
+from allanite.fit import refitted
 from allanite.fit.likelihood.changing_power import changing_effects
 from allanite.fit.rivals.alternatives import is_removable
 from allanite.fit.rivals.evidence import evidence_gain
@@ -114,7 +114,7 @@ def ending(study: al.Study) -> dict[str, object]:
     """
     fit = reduced(study.fit)
     white = al.parse_model("N").effects[0]
-    common = (e for e in fit.model if excludes_samples(e) or e in changing_effects(fit.model))
+    common = (e for e in fit.model if e.removes or e in changing_effects(fit.model))
     least = refitted(fit, al.Model((white, *common)))
     return {
         "model": study.fit.model.name,

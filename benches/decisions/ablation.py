@@ -80,12 +80,6 @@ def _promising(_: Any, found: Any) -> bool:
 
 #: Name of a move, veto or rule → (module, function, what replaces it, whether a call acted).
 SWITCHES: dict[str, tuple[str, str, Callable[..., Any], Callable[[Any, Any], bool]]] = {
-    "add: a second effect, if the first alone raises an error": (
-        STEPS,
-        "with_second_effect",
-        _none,
-        _some,
-    ),
     "add: of a line and a band at one frequency only one stays": (
         ADD,
         "is_same_feature",
@@ -98,7 +92,7 @@ SWITCHES: dict[str, tuple[str, str, Callable[..., Any], Callable[[Any, Any], boo
     "split": (STEPS, "models_with_split", _nothing, _promising),
     "merge: a stack becomes a nameless shape": (STEPS, "with_nameless_shape", _none, _some),
     "merge: lines become a wandering line": (STEPS, "with_wandering_line", _none, _some),
-    "merge: excursions": (STEPS, "with_all_excursions", _none, _some),
+    "merge: excursions": (STEPS, "with_merged_excursions", _none, _some),
     "merge: levels": (STEPS, "must_merge_levels", _no, _true),
     "merge: harmonics and side bands": (STEPS, "with_harmonics_or_side_bands", _second, _other),
     "veto: an error rises": (STEPS, "no_error_rises", _yes, _false),
@@ -106,7 +100,18 @@ SWITCHES: dict[str, tuple[str, str, Callable[..., Any], Callable[[Any, Any], boo
     "veto: a doubtful event": (STEPS, "is_doubtful_event", _no, _true),
     "veto: a step whose time is unknown": (STEPS, "has_known_time", _yes, _false),
     "further steps from one check": ("allanite.study.search", "further_steps", _nothing, _true),
-    "rank: exclusions that nothing else explains go first": (RANKING, "goes_first", _no, _true),
+    "rank: segments that nothing else explains go first": (
+        RANKING,
+        "disturbance_goes_first",
+        _no,
+        _true,
+    ),
+    "rank: outliers that nothing else explains go first": (
+        RANKING,
+        "outliers_go_first",
+        _no,
+        _true,
+    ),
     "rank: a level change far ahead goes first": (RANKING, "is_far_ahead", _no, _true),
     "score: priors": (SCORE, "prior", _zero, _true),
 }

@@ -177,6 +177,12 @@ class Effect(SearchHooks, AsModel):
     periodic: ClassVar[bool] = False
     #: True for a band whose frequency changes over time (`Stochastic.segments`).
     moving: ClassVar[bool] = False
+    #: True if the noise level changes over time (`Modifier`); the spectrum then contains the mean over the record.
+    passing: ClassVar[bool] = False
+    #: True if the effect excludes samples of the record (`Modifier.missing`).
+    removes: ClassVar[bool] = False
+    #: True for one-time events (a step), which one half of a record cannot predict from the other.
+    happens_once: ClassVar[bool] = False
     #: Kinds of effects that a short record cannot distinguish from this one (alternative explanations).
     rivals: ClassVar[tuple[str, ...]] = ()
     #: Straight line from which the coefficient is read, for the five effects of IEEE 952-1997; None for all others.

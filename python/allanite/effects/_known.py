@@ -50,8 +50,6 @@ class Deterministic(Effect):
 
     #: True if the function lies in the lowest ordinates; otherwise `seen_between` gives its frequencies.
     low: ClassVar[bool] = True
-    #: True for one-time events (a step), which one half of a record cannot predict from the other.
-    happens_once: ClassVar[bool] = False
     #: True if the bias stays at another level after a one-time event.
     lasting: ClassVar[bool] = False
     #: True if a sample depends only on its own time; others need the whole record.

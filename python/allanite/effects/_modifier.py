@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar, Self
+from typing import TYPE_CHECKING, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -44,11 +44,6 @@ class Modifier(Effect):
     >>> louder.modify(1.0, 10.0, (0.0, 100.0))  # white noise of variance 1 over the whole record
     (White(variance=2.5),)
     """
-
-    #: True if the noise level changes over time; the spectrum then contains the mean over the record.
-    passing: ClassVar[bool] = False
-    #: True if the effect excludes samples of the record (`missing`).
-    removes: ClassVar[bool] = False
 
     at = Former(
         "from_values", lambda cls, times: cls.from_values(count=len(times), times=tuple(times))

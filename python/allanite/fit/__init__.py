@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from allanite.common.errors import InputError
 from allanite.common.several import results_by_column, results_with_warning
 from allanite.common.validation import require_recording
-from allanite.effects import Modifier, as_model
+from allanite.effects import as_model
 from allanite.fit.engine import solve
 from allanite.fit.likelihood.data import Data, prepare
 from allanite.fit.locked import locked_error
@@ -31,7 +31,6 @@ __all__ = [
     "Error",
     "Fit",
     "Misfit",
-    "excludes_samples",
     "fit_again",
     "fit_columns",
     "fit_model",
@@ -185,7 +184,7 @@ def refitted(fit: Fit, model: Model) -> Fit:
     If both models exclude the same samples, the prepared data of `fit` are reused, with the draws for missing samples.
     Both likelihoods then refer to the same data. Otherwise the recording is prepared anew.
     """
-    if [e for e in model if excludes_samples(e)] != [e for e in fit.model if excludes_samples(e)]:
+    if [e for e in model if e.removes] != [e for e in fit.model if e.removes]:
         return _fit(fit.recording, model)
     _check_values(model, fit.recording.n, fit.recording.rate)
     solution = solve(fit.data, model, like=fit.solution)
@@ -207,11 +206,6 @@ def fit_again(fit: Fit, model: Model) -> Fit:
         if settled and without_ends(found.data, found.solution) is None:
             return found
     return _fit(fit.recording, model, method=fit.method)
-
-
-def excludes_samples(effect: Effect) -> bool:
-    """True if an effect excludes samples of the record from the fit, such as outliers."""
-    return isinstance(effect, Modifier) and effect.removes
 
 
 def _check_values(model: Model, n: int, rate: float) -> None:

@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from allanite.effects import as_model
-from allanite.fit import excludes_samples, fit_model
+from allanite.fit import fit_model
 from allanite.study.improvement import with_given_designs
 from allanite.study.ladder import Rung
 from allanite.study.search import Search
@@ -51,7 +51,7 @@ class SearchOfKinds(Search):
         new = (
             s
             for s in check.suggestions
-            if s.kind not in kinds or s.effect_happens_once or excludes_samples(s.effect)
+            if s.kind not in kinds or s.effect_happens_once or s.effect.removes
         )
         return replace(check, suggestions=tuple(new))
 

@@ -76,15 +76,27 @@ def improve(
     ('N+K', 'adequate')
     """
     require_recording(recording)
+    if len(recording.columns) == 1:
+        return _improved(recording, model, on_progress, limit, tolerance, seconds)
+    return results_with_warning(
+        recording.columns,
+        "al.improve_columns(recording, model)",
+        lambda: improve_columns(recording, model, on_progress, limit, tolerance, seconds),
+    )
+
+
+def _improved(
+    recording: Recording | Summary,
+    model: Model | Effect | str,
+    on_progress: Callable[[int, int], None] | None,
+    limit: int,
+    tolerance: float | None,
+    seconds: float | None,
+) -> Study:
+    """`Study` of one column; arguments and errors are those of `improve`."""
     if tolerance is not None:
         tolerance = positive(
             tolerance, "tolerance", "%", "give per cent of the deviation, such as 5"
-        )
-    if len(recording.columns) > 1:
-        return results_with_warning(
-            recording.columns,
-            "al.improve_columns(recording, model)",
-            lambda: improve_columns(recording, model, on_progress, limit, tolerance, seconds),
         )
     if seconds is None:
         clock = time.process_time
@@ -94,14 +106,7 @@ def improve(
         allowed = positive(seconds, "seconds", "s", "give seconds, such as 60")
     deadline = clock() + allowed
     fit = fit_model(recording, with_given_designs(as_model(model)))
-    search = Search(
-        [Rung(fit)],
-        limit=limit,
-        tolerance=tolerance,
-        deadline=deadline,
-        clock=clock,
-        on_progress=on_progress,
-    )
+    search = Search([Rung(fit)], limit, tolerance, deadline, clock, on_progress)
     try:
         stop = search.run()
     except KeyboardInterrupt:

@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from allanite.effects import Deterministic
-from allanite.fit import excludes_samples
 from allanite.fit.prediction import compare, predicts_worse
-from allanite.fit.rivals.score import score_gain
+from allanite.fit.rivals.evidence import evidence_gain
+from allanite.fit.rivals.score import prior_change
 from allanite.suggestion.constants import (
     MAX_ALLAN_ERROR_SCATTERS,
     MAX_EVENT_LOG10_P,
@@ -29,7 +29,8 @@ if TYPE_CHECKING:
 
 def score_change(before: Fit, after: Fit) -> float:
     """Score of the fit `after` minus that of the fit `before`, nats: change of log evidence plus change of priors."""
-    return score_gain(after.solution, before.solution, before.data)
+    gain = evidence_gain(after.solution, before.solution, before.data)
+    return gain + prior_change(before.model, after.model)
 
 
 def allan_error_rises(before: Fit, after: Fit) -> bool:
@@ -52,7 +53,7 @@ def no_error_rises(before: Fit, after: Fit) -> bool:
 
     Without an Allan error, only the discrepancy counts. Always True if the last effect newly excludes outliers.
     """
-    other = after.data is not before.data and excludes_samples(after.model.effects[-1])
+    other = after.data is not before.data and after.model.effects[-1].removes
     if other and after.model.effects[-1].when is None:
         return True  # outliers hide how wrong the model is, so the errors are not comparable
     if after.discrepancy.interval[0] > before.discrepancy.interval[1]:

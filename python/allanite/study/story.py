@@ -6,7 +6,7 @@ import itertools
 from typing import TYPE_CHECKING
 
 from allanite.effects import Model
-from allanite.fit import excludes_samples, refitted
+from allanite.fit import refitted
 from allanite.fit.engine import solve
 from allanite.fit.rivals.evidence import evidence
 from allanite.study.judgement import allan_error_rises, no_error_rises
@@ -37,7 +37,7 @@ def story(ladder: Sequence[Rung]) -> tuple[Rung, ...]:
     found = [ladder[0]]
     while new:
         before = found[-1].fit
-        masks = [e for e in new if excludes_samples(e)]
+        masks = [e for e in new if e.removes]
         tolerable: list[tuple[Effect, Fit, list[Effect]]] = []
         for effect in masks[:1] or _sorted_by_delta_logl(before, kept, leaving, new):
             fit, dropped = last, leaving

@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.effects import Deterministic, Model, Modifier, Stochastic
-from allanite.fit import excludes_samples
 from allanite.fit.engine import solve
 from allanite.fit.likelihood.whitened import expected_level
 from allanite.suggestion.constants import (
@@ -23,9 +22,10 @@ from allanite.suggestion.constants import (
     MIN_OUTLIERS_PER_CLUSTER,
 )
 from allanite.suggestion.screens.exclusions import (
-    delta_logl_of_separate_levels,
+    delta_logl_of_octave_levels,
     end_outlier_scores,
     excludes_only_ends,
+    octaves_of,
 )
 from allanite.suggestion.screens.level_changes import level_series
 
@@ -39,20 +39,7 @@ if TYPE_CHECKING:
     from allanite.suggestion.suggest import Suggestion
 
 
-def goes_first(
-    one: Suggestion, found: list[Suggestion], fit: Fit, whitened_by: Callable[[Fit], Whitened]
-) -> bool:
-    """True if the suggestion `one` excludes samples and must be added before all other suggestions in `found`.
-
-    The conditions are those of `_disturbance_goes_first` for a segment, and of `_outliers_go_first` for outliers. False
-    if `one` excludes no samples. `whitened_by` returns the record whitened by a fit.
-    """
-    if excludes_segment(one.effect):
-        return _disturbance_goes_first(one, found, fit, whitened_by)
-    return _outliers_go_first(one, found, fit, whitened_by)
-
-
-def _disturbance_goes_first(
+def disturbance_goes_first(
     out: Suggestion, found: list[Suggestion], fit: Fit, whitened_by: Callable[[Fit], Whitened]
 ) -> bool:
     """True if the suggestion `out` excludes a segment and must be added before all other suggestions in `found`.
@@ -80,7 +67,9 @@ def _disturbance_goes_first(
         The samples are whitened by the model of the fit `one`. Each octave of frequency has its own level in the
         segment.
         """
-        return delta_logl_of_separate_levels(whitened_by(one), first, last)
+        return delta_logl_of_octave_levels(
+            octaves_of(whitened_by(one).with_normal_tails), first, last
+        )
 
     risen = remaining_delta_logl(fit)
 
@@ -106,7 +95,7 @@ def _is_scattered(effect: Effect, data: Data) -> bool:
     return not _is_clustered(effect.missing(data.n, data.rate))
 
 
-def _outliers_go_first(
+def outliers_go_first(
     out: Suggestion, found: list[Suggestion], fit: Fit, whitened_by: Callable[[Fit], Whitened]
 ) -> bool:
     """True if the suggestion `out` excludes outliers and must be added before all other suggestions in `found`.
@@ -220,24 +209,19 @@ def is_far_ahead(one: Suggestion, found: list[Suggestion]) -> bool:
     others = [s for s in found if s.significant and s is not one]
     if any(s.effect.screened == "two levels" or excludes_segment(s.effect) for s in others):
         return False
-    if changes_level(one.effect):
-        others = [s for s in others if not changes_level(s.effect)]
+    if one.effect.passing:
+        others = [s for s in others if not s.effect.passing]
     return MAX_EXPLAINED_REMAINDER * one.score > max((s.score for s in others), default=0.0)
 
 
 def excludes_segment(effect: Effect) -> bool:
     """True if the effect excludes one segment of samples (not single outliers)."""
-    return excludes_samples(effect) and effect.when is not None
-
-
-def changes_level(effect: Effect) -> bool:
-    """True if the effect changes a noise level over time."""
-    return isinstance(effect, Modifier) and effect.passing
+    return effect.removes and effect.when is not None
 
 
 def excludes_or_changes_level(effect: Effect) -> bool:
     """True if the effect excludes samples or changes a noise level over time."""
-    return excludes_samples(effect) or changes_level(effect)
+    return effect.removes or effect.passing
 
 
 def acts_in_time(effect: Effect) -> bool:

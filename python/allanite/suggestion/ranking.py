@@ -18,12 +18,12 @@ from allanite.fit.likelihood.whitened import whiten
 from allanite.fit.rivals.evidence import MAX_RIVAL_LOG_EVIDENCE
 from allanite.suggestion.constants import MIN_OVERDISPERSION_LEVEL_FIRST, MIN_SCORE_GAIN
 from allanite.suggestion.exclusions_first import (
-    changes_level,
+    disturbance_goes_first,
     excludes_or_changes_level,
     excludes_segment,
     explained_by_process,
-    goes_first,
     is_far_ahead,
+    outliers_go_first,
 )
 
 if TYPE_CHECKING:
@@ -48,8 +48,8 @@ def in_order(
 
     Significant ones come first. Among them the order is:
 
-    * excluded segments, then outliers, if nothing else explains them (`goes_first`); other excluded segments are
-      omitted,
+    * excluded segments, then outliers, if nothing else explains them (`disturbance_goes_first`, `outliers_go_first`);
+      other excluded segments are omitted,
     * changes of the noise level that no process explains, if `overdispersion` is above 1.1,
     * all other effects, and a change of the level of all frequencies that is far ahead,
     * other exclusions and changes of level.
@@ -68,29 +68,27 @@ def in_order(
     judged = [
         s
         for s in judged
-        if not excludes_segment(s.effect) or goes_first(s, judged, fit, whitened_by)
+        if not excludes_segment(s.effect) or disturbance_goes_first(s, judged, fit, whitened_by)
     ]
     first = [
-        s for s in judged if excludes_segment(s.effect) or goes_first(s, judged, fit, whitened_by)
+        s
+        for s in judged
+        if excludes_segment(s.effect) or outliers_go_first(s, judged, fit, whitened_by)
     ]
 
     def is_alone(one: Suggestion) -> bool:
         """True if the suggestion is a significant change of level that no process explains."""
         return (
             one.significant
-            and changes_level(one.effect)
+            and one.effect.passing
             and not explained_by_process(one, judged, fit, whitened_by)
         )
 
     def key(one: Suggestion) -> tuple[bool, int, float]:
         """Sort key (significant, class, score) of a suggestion; the highest key comes first.
 
-        * Class 4: a segment to exclude. 3: outliers that go first (`goes_first`).
-        * Class 2: a significant change of level that no process explains, if the overdispersion of the spectrum is above
-          1.1.
-        * Class 0: other exclusions and changes of level. Exception: a change of the level of all frequencies that no
-          process explains has class 1 if its score is far above all others (`is_far_ahead`).
-        * Class 1: all other suggestions.
+        The classes are 4 for a segment to exclude, 3 for outliers that go first, 2, 1 and 0 for the other groups of
+        `in_order`.
         """
         if one in first:
             place = 3 + excludes_segment(one.effect)

@@ -27,7 +27,7 @@ from allanite.fit.result import Fit, parameter_dict
 from allanite.fit.rivals.evidence import discrepancy_gain, parameters_cost
 from allanite.fit.rivals.score import prior
 from allanite.suggestion.constants import FALSE_ALARM_PROBABILITY, MAIN_SHARE
-from allanite.suggestion.exclusions_first import changes_level, excludes_or_changes_level
+from allanite.suggestion.exclusions_first import excludes_or_changes_level
 from allanite.suggestion.explanation import explain
 from allanite.suggestion.p_values import log_p_value
 from allanite.suggestion.ranking import in_order, min_score
@@ -195,9 +195,8 @@ class Suggestion:
 
         One half of a record cannot predict such an effect from the other half, so only its p-value decides.
         """
-        return any(p.role == "time" for p in self.effect.parameters) or getattr(
-            self.effect, "happens_once", False
-        )
+        effect = self.effect
+        return effect.happens_once or any(p.role == "time" for p in effect.parameters)
 
     @property
     def p_value(self) -> float:
@@ -283,7 +282,7 @@ def suggest(
         _unless_it_fails(screen, partial(screen.searches, context), 0)
         for screen in SCREENS.values()
     )
-    levels = [c for c in candidates if changes_level(c.effect)]
+    levels = [c for c in candidates if c.effect.passing]
     overdispersion, loudness = overdispersion_without(base, data, levels, searches)
     scatter = {"spectrum": overdispersion, "time": loudness, "none": 1.0}
     judged = [

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from allanite.common.arrays import Array
-from allanite.effects import Modifier
 from allanite.fit.likelihood.expected import relative_power_of_segments
 from allanite.fit.likelihood.whitened import expected_level
 
@@ -31,7 +30,7 @@ def changing_effects(model: Model) -> tuple[Effect, ...]:
     These are level changes (of the white noise or of a band) and bands of moving frequency. Models that differ in these
     effects have different degrees of freedom, so their likelihoods are not comparable.
     """
-    return tuple(e for e in model if e.moving or (isinstance(e, Modifier) and e.passing))
+    return tuple(e for e in model if e.moving or e.passing)
 
 
 def mean_squared_level(model: Model, data: Data) -> float:

@@ -151,7 +151,8 @@ def maximize(
     Maximum
     """
     known = None if start is None or start.scale is not None else start.theta
-    theta = first_guess(power, count, columns, offset) if known is None else known
+    # Without a start: θ ≥ 0 that minimizes the squared relative errors of the bin power, weighted by `count`.
+    theta = likelihood(count).first(power, columns, offset) if known is None else known
     plain = climb(power, count, columns, theta, None, offset)
     found = [plain]
     scale, value = best_scale(power, count, plain.spectrum)
@@ -161,14 +162,6 @@ def maximize(
             starts.append((start.theta, start.scale))
         found += [climb(power, count, columns, theta, scale, offset) for theta, scale in starts]
     return max(found, key=lambda m: m.log_likelihood)
-
-
-def first_guess(power: Array, count: Array, columns: Array, offset: Array | None) -> Array:
-    """Array of θ ≥ 0 that minimizes the squared relative errors of the bin power, weighted by `count`, shape (p,).
-
-    `offset` is the expected power of held effects, shape (bins,); None means 0.
-    """
-    return likelihood(count).first(power, columns, offset)
 
 
 def information(count: Array, weight: Array, slopes: Array) -> Array:

@@ -38,6 +38,7 @@ if TYPE_CHECKING:
     from allanite.effects import Model
     from allanite.fit.likelihood.data import Data
     from allanite.fit.solution import Solution
+    from allanite.spectrum import Bins
 
 Mask = NDArray[np.bool_]
 
@@ -250,14 +251,32 @@ def complete(
     unknown, unseen, seen = _drawn_unknown_part(bridge, spectrum)
     if solutions is not None:
         solutions[:] = bridge.solutions
-    solved = data.n <= MAX_CELLS
-    share = unknown_share(missing, spectrum, None if solved else (unseen, seen), data.bins)
-    gain = np.sqrt(1.0 - share)
+    drawn = None if data.n <= MAX_CELLS else (unseen, seen)
+    share = unknown_share(missing, spectrum, drawn, data.bins)
+    gain, samples = np.sqrt(1.0 - share), mean + unknown
     ordinates = _kernels.cosine_transform(mean) / gain
-    samples = mean + unknown
     if signal is not None:
         ordinates += gain * _kernels.cosine_transform(signal)
         samples += signal
+    bins, mixing = _bins_and_mixing(data, model, missing, share)
+    return replace(
+        data,
+        samples=samples,
+        ordinates=ordinates,
+        bins=bins,
+        gain=gain,
+        mixing=mixing,
+        of_bins=ArrayCache(CACHE_BYTES_LOWEST),
+    )
+
+
+def _bins_and_mixing(
+    data: Data, model: Model, missing: Mask, share: Array
+) -> tuple[Bins, Array | None]:
+    """Pair: bins with the degrees of freedom that missing samples leave, and `Data.mixing` (None if it is negligible).
+
+    `share` is the unknown share of the power of each ordinate.
+    """
     mixing = mixing_of(missing, share, data.bins)
     # The information of all bins about the power in one is Σ (δ − c)² = seen × mixing; bins with common power share it.
     count = known_ordinates(share, data.bins) * mixing.diagonal() / (mixing**2).sum(axis=0)
@@ -266,16 +285,8 @@ def complete(
     number = np.diff(data.bins.edges)
     unknown_part = 1.0 - known_ordinates(share, data.bins) / number
     few = bool((unknown_part * np.sqrt(0.5 * number) < MAX_NEGLECTED_MIXING).all())
-    bins = replace(data.bins, count=np.where(is_empty(data.bins), EMPTY_BIN_FREEDOM * count, count))
-    return replace(
-        data,
-        samples=samples,
-        ordinates=ordinates,
-        bins=bins,
-        gain=gain,
-        mixing=None if few else mixing,
-        of_bins=ArrayCache(CACHE_BYTES_LOWEST),
-    )
+    count = np.where(is_empty(data.bins), EMPTY_BIN_FREEDOM * count, count)
+    return replace(data.bins, count=count), None if few else mixing
 
 
 def _drawn_unknown_part(bridge: _ConditionalMean, spectrum: Array) -> tuple[Array, Array, Array]:

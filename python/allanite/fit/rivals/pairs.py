@@ -130,10 +130,11 @@ def alternative_pairs(fit: Fit, place: int) -> list[Pair]:
 
     At least one of the two is a declared alternative of that effect. Only the best pair of the same two kinds is
     listed, and only if its evidence is less than 3 nats below that of the fit. The list is empty if the effect is neither
-    a filter nor can be split (`can_be_split`), or if no other effect remains.
+    a filter nor can be split (`can_be_split`), if it may not be removed, or if no other effect remains.
     """
     out = fit.model.effects[place]
-    if not (can_be_split(out) or isinstance(out, Modifier)) or len(fit.model) == 1:
+    splits = can_be_split(out) or (isinstance(out, Modifier) and is_removable(out))
+    if not splits or len(fit.model) == 1:
         return []
     base, had = fit.solution_without(place), evidence(fit.solution)
     search = _PairSearch(fit.data, out, base, had - MAX_RIVAL_LOG_EVIDENCE)

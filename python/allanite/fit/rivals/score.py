@@ -5,12 +5,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from allanite.effects import Deterministic, Stochastic
-from allanite.fit.rivals.evidence import MAX_RIVAL_LOG_EVIDENCE, evidence_gain
+from allanite.fit.rivals.evidence import MAX_RIVAL_LOG_EVIDENCE
 
 if TYPE_CHECKING:
     from allanite.effects import Effect, Model
-    from allanite.fit.likelihood.data import Data
-    from allanite.fit.solution import Solution
 
 #: Largest damping ratio of a mode of a structure or mount; a broader resonance may be the edge of a filter.
 #: Basis: measured with benches/claims/quantized_filters.py --records 4: of 24 filters with quantization, 18, 17 and 15 are
@@ -39,11 +37,6 @@ def prior_change(before: Model, after: Model) -> float:
     """
     change = sum(map(prior, after)) - sum(map(prior, before))
     return min(max(change, -MAX_RIVAL_LOG_EVIDENCE), MAX_RIVAL_LOG_EVIDENCE)
-
-
-def score_gain(after: Solution, before: Solution, data: Data) -> float:
-    """Score of the fitted model `after` minus that of `before`, nats: change of log evidence plus `prior_change`."""
-    return evidence_gain(after, before, data) + prior_change(before.model, after.model)
 
 
 def is_broad(effect: Effect) -> bool:

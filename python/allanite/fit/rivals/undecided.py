@@ -10,7 +10,6 @@ import numpy as np
 
 from allanite.common.arrays import Array
 from allanite.common.parameters import NORMAL, Estimate
-from allanite.effects import Deterministic
 from allanite.fit.estimates import estimates, has_interval
 from allanite.fit.rivals.alternatives import is_detected
 from allanite.fit.rivals.evidence import MAX_RIVAL_LOG_EVIDENCE, evidence_gain
@@ -166,17 +165,12 @@ def _other_models(fit: Fit) -> Iterator[tuple[float, Solution]]:
         if not is_detected(fit, place):
             continue
         for other in fit.alternatives(place):
-            if not _is_one_time(other.effect):
+            if not other.effect.happens_once:
                 yield other.evidence, other.solution
         for pair in fit.alternative_pairs(place):
-            if not any(map(_is_one_time, pair.model.effects[-2:])):
+            if not any(e.happens_once for e in pair.model.effects[-2:]):
                 solution = fit.solution_with(pair, place)
                 yield evidence_gain(solution, fit.solution, fit.data), solution
-
-
-def _is_one_time(effect: Effect) -> bool:
-    """True if the effect is a function of time that happens once."""
-    return isinstance(effect, Deterministic) and effect.happens_once
 
 
 def _coefficients_by_kind(

@@ -294,16 +294,6 @@ def loudest_frequency(effect: Deterministic, ordinates: Array, noise: Noise, dat
     return float(effect.checked_limits.clipped("frequency", found))
 
 
-def polish_drifting(
-    effect: Deterministic, ordinates: Array, noise: Noise, data: Data
-) -> Deterministic:
-    """Copy of the drifting line with the frequency and drift that maximize logL for the residual `ordinates`, shape (n,).
-
-    See `polished_line`, which also returns ΔlogL.
-    """
-    return polished_line(effect, ordinates, noise, data)[0]
-
-
 def polished_line(
     effect: Deterministic, ordinates: Array, noise: Noise, data: Data
 ) -> tuple[Deterministic, float]:

@@ -20,7 +20,7 @@ from allanite.fit.shapes.deterministic import (
     regress,
     residual_ordinates_at,
 )
-from allanite.fit.shapes.drifting import loudest_frequency, polish_drifting
+from allanite.fit.shapes.drifting import loudest_frequency, polished_line
 from allanite.fit.shapes.joined import built_from_pieces, indices_of_unbuilt
 from allanite.fit.shapes.matched import (
     basis_of,
@@ -159,8 +159,10 @@ def fit_deterministic_shapes(
             effect = _optimized_slow(effect, others, noise, data)
         else:
             left = data.ordinates_without(_with_values(others))
-            polish_one = polish_burst if effect.interval else polish_drifting
-            effect = polish_one(effect, left, noise, data)
+            if effect.interval:
+                effect = polish_burst(effect, left, noise, data)
+            else:
+                effect, _ = polished_line(effect, left, noise, data)
         model = with_effect(model, place, effect)
     return model
 

@@ -23,9 +23,9 @@ if TYPE_CHECKING:
 def with_merged_levels(before: State) -> State | None:
     """`State` in which one effect replaces all changes of the white-noise level that the search added; or None.
 
-    The effect is the one with the largest ΔlogL minus BIC cost, for the white-noise power over time. It also contains
-    changes that a new search still finds. None if the power over time is not known. None as well if no effect has a
-    ΔlogL more than 3 nats above that of the added changes without the last one.
+    The effect is the one with the largest ΔlogL minus BIC cost, for the white-noise power over time: one that a new search
+    finds, or all added changes together. None if the power over time is not known. None as well if no effect has a ΔlogL
+    more than 3 nats above that of the added changes without the last one.
     """
     fit = before.fit
     changes, places = _added_level_changes(before)
@@ -60,14 +60,7 @@ def with_merged_levels(before: State) -> State | None:
     found = [level for level in found if explained(level) > had + MAX_RIVAL_LOG_EVIDENCE]
     if not found:
         return None
-    best = max(found, key=worth)
-    while True:
-        last = refitted(base, base.model + best)
-        again = screen_levels(last.solution, last.data, whiten(last.solution, last.data))
-        more = [e for one in _switching_levels(again) for e in _product_levels([best, one])]
-        if not more or worth(further := max(more, key=worth)) <= worth(best):
-            return before.after(last, places)
-        best = further
+    return before.after(refitted(base, base.model + max(found, key=worth)), places)
 
 
 def must_merge_levels(state: State) -> bool:

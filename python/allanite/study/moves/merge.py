@@ -1,7 +1,8 @@
 """Merge: one effect takes the place of several that are its parts.
 
-Lines that the record does not resolve are one wandering line; a stack of effects of one kind is one free shape. Other
-relations have modules of their own: `excursions`, `levels`, and `narrow_bands` for harmonics and side bands.
+Lines that the record does not resolve are one wandering line, several excursions are one effect, and a stack of effects of
+one kind is one free shape. Other relations have modules of their own: `levels`, and `narrow_bands` for harmonics and side
+bands.
 """
 
 from __future__ import annotations
@@ -9,7 +10,7 @@ from __future__ import annotations
 from collections import Counter
 from typing import TYPE_CHECKING
 
-from allanite.effects import CATALOG, Model, Stochastic
+from allanite.effects import CATALOG, Deterministic, Model, Stochastic
 from allanite.fit import refitted
 from allanite.fit.likelihood.peaks import MAX_MISSING_FRACTION
 from allanite.fit.rivals.alternatives import is_detected
@@ -18,6 +19,7 @@ from allanite.fit.rivals.score import is_broad
 from allanite.study.judgement import no_error_rises, predicts_as_well, score_change
 from allanite.study.relations import line_distance
 from allanite.suggestion.constants import MAX_WANDERING_LINE_DISTANCE, MIN_DELTA_LOGL_OVER_SIMPLER
+from allanite.suggestion.screens.several_excursions import merged_excursions
 from allanite.suggestion.unexplained_shape import unexplained_effect
 
 if TYPE_CHECKING:
@@ -70,6 +72,18 @@ def _band(low: float, high: float) -> Stochastic | None:
     """Effect of the catalog with a narrow band between two frequencies, Hz; None if no kind has one."""
     kinds = (cls() for cls in CATALOG if issubclass(cls, Stochastic))
     return next((made for blank in kinds if (made := blank.banded(low, high)) is not None), None)
+
+
+def with_merged_excursions(before: State) -> State | None:
+    """`State` with one effect for all excursions (short events) that the search added; None if there are fewer than two."""
+    effects = before.fit.model.effects
+    places = [p for p in before.added if effects[p].returns]
+    known = [e for p in places if isinstance(e := effects[p], Deterministic)]
+    one = merged_excursions(known) if len(known) > 1 else None
+    if one is None:
+        return None
+    others = Model(tuple(e for p, e in enumerate(effects) if p not in places))
+    return before.after(refitted(before.fit, others + one), places)
 
 
 def with_nameless_shape(ladder: Sequence[Rung], before: State) -> State | None:

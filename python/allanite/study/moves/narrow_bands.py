@@ -140,17 +140,7 @@ def _with_side_bands(state: State, place: int) -> State:
     )
     if last - first < 4 * half or _modulated_effect(effect, 1.0, 1.0) is None:
         return state
-    total = np.cumsum(_relative_power(fit)[middle - last - 2 * half : middle + last + 2 * half + 1])
-    mean = (total[2 * half :] - np.append(0.0, total[: -2 * half - 1])) / (2 * half + 1)
-    own = mean.size // 2
-    sides = np.array([mean[own - last : own - first + 1][::-1], mean[own + first : own + last + 1]])
-    # Other effects of the model are no side bands of this one.
-    for f in (f for e in fit.model if e is not effect for peak in e.peaks for f in peak):
-        there = (
-            abs(np.arange(first, last + 1) - abs(round(2.0 * data.duration * f) - middle))
-            <= 2 * half
-        )
-        sides[int(2.0 * data.duration * f > middle), there] = 0.0
+    sides = _mean_power_beside(fit, effect, middle, half, first, last)
     score = (sides - 1.0) * np.sqrt(half + 0.5)
     distances = (last - first) / half
     least = min_significant_score(distances)
@@ -177,6 +167,24 @@ def _with_side_bands(state: State, place: int) -> State:
     one = one.with_values(**{one.coefficient: float(np.sqrt(max(power)))})
     one_sided = refitted(fit, Model((*effects, one)))
     return state.after(better, (place,)) if score_change(one_sided, better) > 0.0 else state
+
+
+def _mean_power_beside(
+    fit: Fit, band: Effect, middle: int, half: int, first: int, last: int
+) -> NDArray[np.float64]:
+    """Array of the mean relative power at each distance from the middle of a band, below and above it.
+
+    Its shape is (2, distances). The distances are `first` … `last` ordinates; each mean is over `half` ordinates on
+    either side. It is 0 at the peaks of other effects of the model, which are no side bands.
+    """
+    total = np.cumsum(_relative_power(fit)[middle - last - 2 * half : middle + last + 2 * half + 1])
+    mean = (total[2 * half :] - np.append(0.0, total[: -2 * half - 1])) / (2 * half + 1)
+    own, distances = mean.size // 2, np.arange(first, last + 1)
+    sides = np.array([mean[own - distances], mean[own + distances]])
+    for peak in (peak for e in fit.model if e is not band for peak in e.peaks):
+        for at in (round(2.0 * fit.data.duration * f) - middle for f in peak):
+            sides[int(at > 0), abs(distances - abs(at)) <= 2 * half] = 0.0
+    return sides
 
 
 def _excess_variance(fit: Fit, first: int, last: int, mean: float) -> float:

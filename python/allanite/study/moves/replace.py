@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from allanite.effects import Deterministic, Modifier
+from allanite.effects import Modifier
 from allanite.fit.rivals.alternatives import is_detected
 from allanite.fit.rivals.evidence import MAX_RIVAL_LOG_EVIDENCE, evidence_gain
 from allanite.fit.rivals.score import is_broad, prior, prior_change
@@ -71,11 +71,6 @@ def may_take_the_place(effect: Effect, out: Effect) -> bool:
     a broad hump; `effect` has no physical name.
     """
     # The evidence of an event is not corrected for the many times that were tried.
-    event = _is_event(effect) and not _is_event(out)
+    event = effect.happens_once and not out.happens_once
     filtering = isinstance(effect, Modifier) and not (isinstance(out, Modifier) or is_broad(out))
     return not (event or filtering or effect.nameless)
-
-
-def _is_event(effect: Effect) -> bool:
-    """True if the effect is a one-time function of time, such as a step or an excursion."""
-    return isinstance(effect, Deterministic) and effect.happens_once

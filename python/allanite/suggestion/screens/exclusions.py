@@ -240,17 +240,19 @@ def _exclusion_candidate(
     )
 
 
-def _disturbance_candidate(solution: Solution, data: Data, whitened: Whitened) -> Candidate | None:
-    """`Candidate` that excludes a stuck value; without one, `Candidate` that excludes the most significant loud segment.
+def look(context: Context) -> Iterator[Candidate]:
+    """Iterator over one `Candidate`, or none: it excludes a stuck value, otherwise the most significant loud segment.
 
     A loud segment has at least twice its usual power in one octave of frequency. Its p-value is at most 1e-6, and its
     length at most 20 % of the record. Segments with sharp ends take precedence. If other octaves are loud just before or
-    after the segment, the segment is extended. None if neither is found.
+    after the segment, the segment is extended.
     """
+    solution, data = context.solution, context.data
     stuck = _stuck_value(solution, data)
     if stuck is not None:
-        return stuck
-    bands = octaves_of(whitened.with_normal_tails)
+        yield stuck
+        return
+    bands = octaves_of(context.whitened.with_normal_tails)
     samples = data.residual(solution.model)
     found: list[_SeenByOctave] = []
     with_sharp_ends: list[_SeenByOctave] = []
@@ -277,7 +279,7 @@ def _disturbance_candidate(solution: Solution, data: Data, whitened: Whitened) -
     # Octaves without sharp ends ring, so those with sharp ends take precedence.
     found = sorted(with_sharp_ends or found, key=lambda one: one[0])
     if not found:
-        return None
+        return
     log_p, first, last, _, _ = found[0]
     reach = last - first
     for _, begin, close, power, freedom in found[1:]:
@@ -287,20 +289,10 @@ def _disturbance_candidate(solution: Solution, data: Data, whitened: Whitened) -
         if last < close < last + reach and _is_loud(power, freedom, last, close):
             last = close
     begin, close = (data.start + part * data.duration for part in (first, last))
-    return _exclusion_candidate(
-        _segment_effect(begin, close),
-        solution,
-        data,
-        _delta_logl_of_louder_octaves(bands, first, last),
-        2,
-        log_p,
-    )
-
-
-def look(context: Context) -> tuple[Candidate, ...]:
-    """Tuple with the candidate of a disturbance or a stuck value; empty if there is neither."""
-    found = _disturbance_candidate(context.solution, context.data, context.whitened)
-    return () if found is None else (found,)
+    gain = delta_logl_of_octave_levels(bands, first, last, only_louder=True)
+    made = _exclusion_candidate(_segment_effect(begin, close), solution, data, gain, 2, log_p)
+    if made is not None:
+        yield made
 
 
 SCREEN = Screen(
@@ -418,41 +410,26 @@ def octaves_of(steady: Whitened) -> list[tuple[int, int, NDArray[np.float64], fl
     ]
 
 
-def delta_logl_of_separate_levels(whitened: Whitened, first: float, last: float) -> float:
-    """ΔlogL, nats, at least 0, if every octave of frequency has another noise level in one segment, louder or quieter.
-
-    The segment lies between the fractions `first` and `last` of the record. Octaves without a value inside or outside of
-    the segment add nothing.
-    """
-    return sum(
-        rise for rise, _ in _octave_levels(octaves_of(whitened.with_normal_tails), first, last)
-    )
-
-
-def _delta_logl_of_louder_octaves(
-    bands: list[tuple[int, int, NDArray[np.float64], float]], first: float, last: float
+def delta_logl_of_octave_levels(
+    bands: list[tuple[int, int, NDArray[np.float64], float]],
+    first: float,
+    last: float,
+    only_louder: bool = False,
 ) -> float:
-    """ΔlogL, nats, of separate noise levels in a segment, summed over the octaves that are louder there.
+    """ΔlogL, nats, at least 0, if every octave of frequency has another noise level in one segment.
 
-    `bands` has a tuple for each octave, as from `octaves_of`. `first` and `last` are the ends of the segment as
-    fractions of the record.
+    `bands` has a tuple for each octave, as from `octaves_of`. The segment lies between the fractions `first` and `last` of
+    the record. Octaves without a value inside or outside of the segment add nothing, and with `only_louder` neither do
+    octaves that are quieter in the segment.
     """
-    return sum(rise for rise, louder in _octave_levels(bands, first, last) if louder)
-
-
-def _octave_levels(
-    bands: list[tuple[int, int, NDArray[np.float64], float]], first: float, last: float
-) -> Iterator[tuple[float, bool]]:
-    """Iterator over pairs, one for each octave: ΔlogL of a separate level in a segment, and True if it is louder there.
-
-    `bands` has a tuple for each octave: first ordinate, end, power over time, degrees of freedom of each value. `first`
-    and `last` are the ends of the segment as fractions of the record. Octaves with no value inside the segment, or none
-    outside, are skipped.
-    """
+    total = 0.0
     for _, _, power, freedom in bands:
         start, end = (round(part * power.size) for part in (first, last))
-        if 0 < end - start < power.size:
-            inside, whole = float(power[start:end].sum()), float(power.sum())
-            counts = np.array([inside]), np.array([float(end - start)])
-            rise = float(delta_logl_of_two_levels(*counts, whole, float(power.size), freedom)[0])
-            yield rise, inside * (power.size - end + start) > (whole - inside) * (end - start)
+        if not 0 < end - start < power.size:
+            continue
+        inside, whole = float(power[start:end].sum()), float(power.sum())
+        if only_louder and inside * power.size <= whole * (end - start):
+            continue
+        counts = np.array([inside]), np.array([float(end - start)])
+        total += float(delta_logl_of_two_levels(*counts, whole, float(power.size), freedom)[0])
+    return total

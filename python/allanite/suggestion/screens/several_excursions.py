@@ -12,6 +12,7 @@ import numpy as np
 
 from allanite.effects import CATALOG, Deterministic
 from allanite.fit.engine import solve
+from allanite.fit.rivals.evidence import evidence
 from allanite.fit.shapes.matched import best_spans
 from allanite.suggestion.constants import MAX_EVENTS
 from allanite.suggestion.p_values import log_chi2_tail
@@ -45,7 +46,8 @@ def several_excursions(
 ) -> tuple[Deterministic, float] | None:
     """Pair (effect, ln number): one effect that contains 2 to 32 excursions (short events); or None.
 
-    Excursions are added one by one as long as the p-value falls. The second element is ln of the number of possible sets of
+    Excursions are added one by one as long as the p-value falls, and the set with the highest evidence is taken. The
+    second element is ln of the number of possible sets of
     so many excursions, divided by the number of single ones; it lowers the evidence. None if a second excursion does not
     lower the p-value, or if the catalog has no effect for several excursions. `solution` is that of the model without any.
 
@@ -58,18 +60,21 @@ def several_excursions(
     places : float
         Number of independent excursions that the search for one tries.
     """
-    events, fitted = [_with_height_one(first)], _solution_with_excursions([first], solution, data)
-    log_p = _log_p(1, places, fitted, solution)
-    while log_p < 0.0 and len(events) < MAX_EVENTS:
+    found, fitted = [_with_height_one(first)], _solution_with_excursions([first], solution, data)
+    log_p, best, events = _log_p(1, places, fitted, solution), -np.inf, []
+    while log_p < 0.0 and len(found) < MAX_EVENTS:
         further = _next_excursion(kind, fitted, data)
-        if further is None or any(excursions_overlap(further, e) for e in events):
+        if further is None or any(excursions_overlap(further, e) for e in found):
             break
-        more = _solution_with_excursions([*events, further], solution, data)
-        risen = _log_p(len(events) + 1, places, more, solution)
+        found = [*found, further]
+        fitted = _solution_with_excursions(found, solution, data)
+        risen = _log_p(len(found), places, fitted, solution)
         if risen >= log_p:
             break
-        events, fitted, log_p = [*events, further], more, risen
-    if len(events) < 2:
+        log_p = risen
+        if evidence(fitted) > best:
+            best, events = evidence(fitted), found
+    if not events:
         return None
     for place in range(len(events)):
         # The first ones were found while the noise was too high.

@@ -24,7 +24,7 @@ from allanite.fit.likelihood.whitened import (
     expected_level,
 )
 from allanite.fit.rivals.columns import follow_columns_consistently
-from allanite.fit.rivals.evidence import MAX_RIVAL_LOG_EVIDENCE, parameter_cost, parameters_cost
+from allanite.fit.rivals.evidence import MAX_RIVAL_LOG_EVIDENCE, parameters_cost
 from allanite.fit.shapes.matched import best_spans, grid_points, matched_gains, slow_families
 from allanite.fit.solution import Regressed, Solution
 from allanite.suggestion.constants import (
@@ -52,12 +52,9 @@ from allanite.suggestion.screens._screen import (
 from allanite.suggestion.screens.several_excursions import several_excursions
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Collection, Sequence
-
     from allanite.effects import Effect
     from allanite.fit.likelihood.data import Data
     from allanite.fit.likelihood.expected import Noise
-    from allanite.fit.likelihood.whitened import Whitened
 
 
 #: Maximum number of cells of the record in which the noise level and the time of an event are resolved.
@@ -67,15 +64,33 @@ REFINED_POINTS = 33
 
 
 def look(context: Context) -> tuple[Candidate, ...]:
-    """Tuple of refitted `Candidate` of slow functions that explain more than the best slowly drifting random process."""
+    """Tuple of refitted `Candidate` of each slow function that the model may get, and of its significant forms."""
     data = context.data
+    slow = slow_families(context.solution.model, data.covariates)
+    with Pool(parallel_searches(data)) as pool:
+        families = pool.map(lambda name: _screen_family(slow[name], context), sorted(slow))
+        found: list[Candidate] = []
+        arcs: dict[str, tuple[float, ...]] = {}
+        for candidates, own in families:
+            found += candidates
+            for name, angle in own:
+                arcs[name] = (*arcs.get(name, ()), angle)
+    trials = {
+        name: Family(name, own, sides=2, scatter="time" if name in slow else "spectrum")
+        for name, own in arcs.items()
+    }
+    found = [replace(c, family=trials[c.family.name]) for c in found]
+    return _with_gains_next_to_best(found, data)
+
+
+def _best_wandering_process(context: Context) -> Solution | None:
+    """`Solution` with the best slowly drifting random process that the screen of the spectrum found; None without one."""
     red = [
         c
         for c in context.found["spectral"]
         if isinstance(c.effect, Stochastic) and c.effect.wanders
     ]
-    rival = max(red, key=lambda c: c.gain).solution if red else None
-    return screen_slow(context.solution, data, rival, lambda: context.whitened)
+    return max(red, key=lambda c: c.gain).solution if red else None
 
 
 def _number_of_families(context: Context) -> int:
@@ -96,59 +111,22 @@ SCREEN = Screen(
 )
 
 
-def screen_slow(
-    solution: Solution,
-    data: Data,
-    rival: Solution | None,
-    whitened: Callable[[], Whitened],
-    only: Collection[str] | None = None,
-) -> tuple[Candidate, ...]:
-    """Tuple of refitted `Candidate` of each slow function that the model may get, and of its significant forms.
-
-    `rival` is the solution with the best slowly drifting random process, beyond which a function must explain something.
-    `whitened()` returns the whitened record of `solution`; it is called only if needed. `only` names the families to
-    search; None searches all.
-    """
-    slow = slow_families(solution.model, data.covariates)
-    if only is not None:
-        slow = {name: blanks for name, blanks in slow.items() if name in only}
-    with Pool(parallel_searches(data)) as pool:
-        families = pool.map(
-            lambda name: _screen_family(slow[name], solution, data, rival, whitened), sorted(slow)
-        )
-        found: list[Candidate] = []
-        arcs: dict[str, tuple[float, ...]] = {}
-        for candidates, own in families:
-            found += candidates
-            for name, angle in own:
-                arcs[name] = (*arcs.get(name, ()), angle)
-    trials = {
-        name: Family(name, own, sides=2, scatter="time" if name in slow else "spectrum")
-        for name, own in arcs.items()
-    }
-    found = [replace(c, family=trials[c.family.name]) for c in found]
-    return _with_gains_next_to_best(found, data)
-
-
 def _screen_family(
-    blanks: tuple[Deterministic, ...],
-    solution: Solution,
-    data: Data,
-    rival: Solution | None,
-    whitened: Callable[[], Whitened],
+    blanks: tuple[Deterministic, ...], context: Context
 ) -> tuple[list[Candidate], list[tuple[str, float]]]:
     """Pair: list of refitted `Candidate` of the functions in `blanks` and of their significant forms; list of angles.
 
     The candidate is the best point of the grid of shapes, if its ΔlogL is at least 3. Forms have more parameters or
     several excursions. An angle is a pair (family, total angle of a grid of shapes, rad), for p-values.
     """
+    data = context.data
+    null = context.shared(_best_wandering_process) or context.solution
     found: list[Candidate] = []
     arcs: list[float] = []
     families: list[str] = []
     for blank in blanks:
         trim_memory(data.samples.size)
         points = grid_points(blank, data.n, data.rate)
-        null = rival if rival is not None else solution
         gain, directions = matched_gains(
             points, null.ordinates, null.noise(data), data, null.model.deterministic
         )
@@ -158,9 +136,7 @@ def _screen_family(
         top = int(np.argmax(gain))
         worth = gain[top] >= MIN_SCREEN_GAIN
         simple = (
-            _refitted_candidate(
-                points[top], Family(blank.family, (arcs[-1],)), solution, data, rival, whitened
-            )
+            _refitted_candidate(points[top], Family(blank.family, (arcs[-1],)), context)
             if worth
             else None
         )
@@ -173,9 +149,9 @@ def _screen_family(
             named = None
         # Each independent place of the simple form could have been the start of a richer form.
         starts = max(1.0, arcs[-1] / (0.5 * np.pi))
-        forms = _richer_forms(type(blank), simple, starts, solution, data, named is not None)
-        found += _significant_richer_forms(named, forms, solution, data, rival, whitened, found)
-        found += _several_excursions(type(blank), found, forms, solution, data, rival, whitened)
+        forms = _richer_forms(type(blank), simple, starts, context, named is not None)
+        found += _significant_richer_forms(named, forms, context)
+        found += _several_excursions(type(blank), forms, context)
         arcs += [arc * times for arc, times, _ in forms.values()]
         families += [effect.family for effect in forms]
     return found, list(zip(families, arcs, strict=True))
@@ -209,8 +185,7 @@ def _richer_forms(
     kind: type[Deterministic],
     simple: Candidate | None,
     starts: float,
-    solution: Solution,
-    data: Data,
+    context: Context,
     is_significant: bool,
 ) -> dict[Deterministic, tuple[float, float, Noise]]:
     """Dict from each effect with more parameters than `simple`, shapes optimized, to a tuple (angle, starts, noise).
@@ -220,6 +195,7 @@ def _richer_forms(
     times; both count trials. `noise` is the noise of the model with `simple`, for excursions also without it if `simple`
     `is_significant`.
     """
+    solution, data = context.solution, context.data
     base, known = solution.noise(data), solution.model.deterministic
     with_simple = None if simple is None else simple.solution
     noise = base if with_simple is None else with_simple.noise(data)
@@ -255,32 +231,22 @@ def _richer_forms(
 def _significant_richer_forms(
     simple: Candidate | None,
     forms: Mapping[Deterministic, tuple[float, float, Noise]],
-    solution: Solution,
-    data: Data,
-    rival: Solution | None,
-    whitened: Callable[[], Whitened],
-    others: Sequence[Candidate],
+    context: Context,
 ) -> list[Candidate]:
     """List of refitted `Candidate` of the effects in `forms` that explain significantly (1 %) more than `simple`.
 
     `forms` maps an effect to (angle of its grid, number of independent starts, noise), as from `_richer_forms`. If
-    `simple` is None, the comparison is with no effect. A form must also be significant alone, and beside each better
-    candidate in `others` or in the list. Omitted are forms that the refit refutes, and events that are in the list
-    already.
+    `simple` is None, the comparison is with no effect. A form must also be significant alone. Omitted are forms that the
+    refit refutes.
     """
+    solution, data = context.solution, context.data
     found: list[Candidate] = []
-
-    def matched(form: tuple[Deterministic, tuple[float, float, Noise]]) -> float:
-        """ΔlogL of a form of a slow function, from a matched filter for the noise of this form.
-
-        `form` is a pair: the effect, and a tuple whose last element is the noise.
-        """
-        effect, (_, _, noise) = form
-        return _matched_delta_logl(effect, solution, noise, data)
-
-    for gain, (effect, (arc, starts, noise)) in sorted(
-        ((matched(form), form) for form in forms.items()), key=lambda pair: -pair[0]
-    ):
+    gains = {
+        effect: _matched_delta_logl(effect, solution, noise, data)
+        for effect, (_, _, noise) in forms.items()
+    }
+    for effect, gain in sorted(gains.items(), key=lambda pair: -pair[1]):
+        arc, starts, noise = forms[effect]
         plain = 0.0
         if simple is not None and isinstance(simple.effect, Deterministic):
             plain = _matched_delta_logl(simple.effect, solution, noise, data)
@@ -291,32 +257,27 @@ def _significant_richer_forms(
         alone = Family(effect.family, (arc * starts,))
         if not may_become_significant(alone, best):
             continue
-        if _is_explained_by_better(effect, alone, best, [*others, *found], data):
-            continue
         simple_gain = 0.0 if simple is None else simple.gain
         # One more free time always gains something; the gain over the simple form must be significant.
         least = simple_gain, Family(effect.family, (arc,))
-        candidate = _refitted_candidate(effect, alone, solution, data, rival, whitened, least)
-        if candidate is not None and not any(_is_same_event(candidate, c, data) for c in found):
+        candidate = _refitted_candidate(effect, alone, context, least)
+        if candidate is not None:
             found.append(candidate)
     return found
 
 
 def _several_excursions(
     kind: type[Deterministic],
-    singly: Sequence[Candidate],
     forms: Mapping[Deterministic, tuple[float, float, Noise]],
-    solution: Solution,
-    data: Data,
-    rival: Solution | None,
-    whitened: Callable[[], Whitened],
+    context: Context,
 ) -> list[Candidate]:
     """List with one refitted `Candidate`: several excursions (short events) as one effect; or empty.
 
     `judged_gain` is reduced by ln of the number of possible sets of excursions. Empty if the model has an excursion
-    already, if a single excursion in `singly` has a p-value below 1e-4, or if `forms` (from `_richer_forms`) has no
-    excursion. Empty as well if fewer than two excursions are found, or if the refit finds nothing.
+    already, or if `forms` (from `_richer_forms`) has no excursion. Empty as well if fewer than two excursions are found,
+    or if the refit finds nothing.
     """
+    solution, data = context.solution, context.data
     alone = [
         (_matched_delta_logl(effect, solution, noise, data), arc * starts, effect)
         for effect, (arc, starts, noise) in forms.items()
@@ -325,54 +286,16 @@ def _several_excursions(
     if not alone or any(effect.returns for effect in solution.model):
         return []
     _, arc, first = max(alone, key=lambda one: one[0])
-    judged = [c.judged_gain or 0.0 for c in singly if c.effect.returns]
-    log_p = log_p_value(Family(first.family, (arc,)), max(judged, default=0.0))
-    # A check makes fewer than 1/p searches, so such a single one is significant after all of them.
-    if log_p < 2.0 * np.log(FALSE_ALARM_PROBABILITY):
-        return []
     places = arc / (2.0 * np.pi)
     several = several_excursions(kind, first, places, solution, data)
     if several is None:
         return []
     effect, choices = several
     family = Family(first.family, (arc,))
-    found = _refitted_candidate(effect, family, solution, data, rival, whitened)
+    found = _refitted_candidate(effect, family, context)
     if found is None or found.judged_gain is None:
         return []
     return [replace(found, judged_gain=max(0.0, found.judged_gain - choices))]
-
-
-def _is_same_event(one: Candidate, other: Candidate, data: Data) -> bool:
-    """True if two candidates have the same kind, and their starts and ends differ by less than 1/8192 of the record.
-
-    False if one of the effects has no start and end.
-    """
-    a, b = one.effect.when, other.effect.when
-    if one.effect.kind != other.effect.kind or a is None or b is None:
-        return False
-    return float(np.abs(np.subtract(a, b)).max()) < data.duration / TIME_CELLS
-
-
-def _is_explained_by_better(
-    effect: Deterministic,
-    family: Family,
-    max_gain: float,
-    candidates: Sequence[Candidate],
-    data: Data,
-) -> bool:
-    """True if one of the `candidates` explains so much that `effect` cannot be significant beside it.
-
-    Only candidates with a score at least 3 nats above that of `effect` count. `family` holds the trials of the search
-    for the effect; `max_gain` is an upper limit of its ΔlogL.
-    """
-    max_score = max_gain - effect.numbers * parameter_cost(2.0 * max_gain)
-    for other in candidates:
-        if other.solution is None or score(other) < max_score + MAX_RIVAL_LOG_EVIDENCE:
-            continue
-        left = _matched_delta_logl(effect, other.solution, other.solution.noise(data), data)
-        if not may_become_significant(family, (1.0 + MAX_NOISE_REFIT_FRACTION) * left):
-            return True
-    return False
 
 
 def _matched_delta_logl(
@@ -409,24 +332,22 @@ def _with_best_shapes(
 def _refitted_candidate(
     effect: Deterministic,
     family: Family,
-    base: Solution,
-    data: Data,
-    rival: Solution | None,
-    whitened: Callable[[], Whitened],
+    context: Context,
     over: tuple[float, Family] | None = None,
 ) -> Candidate | None:
-    """Refitted `Candidate` that adds the slow function `effect` to the model of `base`; or None.
+    """Refitted `Candidate` that adds the slow function `effect` to the model; or None.
 
     None in these cases:
 
-    * logL does not rise, compared with `base` or `rival`.
+    * logL does not rise, compared with the model, or with the model and the best slowly drifting random process.
     * An event rests on a few samples only.
     * The slope on a logged column has different signs at slow and fast time scales.
     * `over` = (ΔlogL, family) is given, and the rise above this ΔlogL is not significant (1 %) or a time is not known.
 
-    `rival` is the solution with the best slowly drifting random process. `gain` is the ΔlogL over `base`. `judged_gain`,
-    from which the p-value follows, is at most the ΔlogL over `rival`. `family` holds the trials of the search.
+    `gain` is the ΔlogL over the model. `judged_gain`, from which the p-value follows, is at most the ΔlogL beside the best
+    slowly drifting random process. `family` holds the trials of the search.
     """
+    base, data, rival = context.solution, context.data, context.shared(_best_wandering_process)
     refitted = solve(data, base.model + effect, like=base, settled=len(base.model), rounds=4)
     gain = judged = refitted.log_likelihood - base.log_likelihood
     if over is not None:
@@ -455,7 +376,7 @@ def _refitted_candidate(
         short = [event for event in found.singly if event.when is not None]
         if any(_rests_on_few_samples(event, base, data) for event in short):
             return None
-        judged *= min((_share_with_normal_tails(e, data, whitened) for e in short), default=1.0)
+        judged *= min((_share_with_normal_tails(e, context) for e in short), default=1.0)
     return Candidate(found, gain, family, refitted, found.numbers, judged_gain=judged)
 
 
@@ -486,19 +407,17 @@ def _rests_on_few_samples(event: Deterministic, base: Solution, data: Data) -> b
     return bool(middle * whole < MAIN_SHARE * whole**2)
 
 
-def _share_with_normal_tails(
-    event: Deterministic, data: Data, whitened: Callable[[], Whitened]
-) -> float:
+def _share_with_normal_tails(event: Deterministic, context: Context) -> float:
     """Fraction, at most 1, of the ΔlogL of a short event that remains if the samples are replaced by normal scores.
 
     It is 1 for events of more than 4096 samples and for summaries. The mean of a few samples is not normal if they have
     heavy tails or are coarsely rounded.
     """
     assert event.when is not None
+    data, given = context.data, context.whitened
     first, last = (round((t - data.start) * data.rate) for t in event.when)
     if not 0 < last - first <= MAX_SHORT_EVENT_SAMPLES or not data.whole:
         return 1.0
-    given = whitened()
     parts = [w.samples[first:last].sum() ** 2 for w in (given.with_normal_tails, given)]
     return float(min(1.0, parts[0] / parts[1])) if parts[1] > 0.0 else 1.0
 
