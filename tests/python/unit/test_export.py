@@ -9,8 +9,7 @@ import pytest
 
 import allanite as al
 from allanite.effects.files import model_to_dict
-from allanite.exports import TARGETS, axes_of
-from allanite.exports._text import verdict_in
+from allanite.exports import TARGETS, axes_of, verdict_in
 from allanite.sources import document_of_last_step, documents_of
 
 N, B, K = 0.01, 1e-3, 1e-4  # deg/s·s^½, deg/s, deg/s/s^½

@@ -170,7 +170,7 @@ def test_whatever_changes_a_result_changes_the_key(tmp_path):
 
 MODULE = """
 import allanite as al
-from allanite.readers._format import LogFormat
+from allanite.readers import LogFormat
 class Breathing(al.Sinusoid):
     kind, short, title = "breathing", "BREATH", "breathing of the mount"
 def read(path, pick):

@@ -294,7 +294,7 @@ def test_a_lack_of_memory_is_no_damage(tmp_path, forked, monkeypatch):
     from allanite.readers import FORMATS
 
     def greedy(*_):
-        from allanite.readers._isolated import refused_as
+        from allanite.readers import refused_as
 
         with refused_as("a log"):
             return [bytearray(10**8) for _ in range(100)]
