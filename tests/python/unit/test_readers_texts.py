@@ -282,6 +282,11 @@ def test_edges_that_are_missing_or_doubled(log):
     assert np.flatnonzero(np.isnan(r.samples)).tolist() == [100, 101, 102]
     with pytest.raises(al.InputError, match="row 101: a second edge within one period"):
         al.read(log([*rows[:100], rows[99][:-3] + "999", *rows[100:]]))
+    # One damaged time once filled the memory.
+    with pytest.raises(
+        al.InputError, match=r"row 101: 8[0-9]{9} periods without an edge before it"
+    ):
+        al.read(log([*rows[:100], "9999999999.500000000"]))
 
 
 @pytest.mark.parametrize("sign", ["# ", ""])

@@ -15,6 +15,7 @@ from allanite.readers._format import LogFormat
 from allanite.readers._lines import head_of
 from allanite.readers._table import Picker, Table
 from allanite.readers.texts._lines import first_lines, numbered_lines
+from allanite.recording.timebase import MAX_MISSING_RATIO
 
 # Sources:
 #   pps-tools, ppstest.c: "source 0 - assert 1516102326.992172280, sequence: 8108815 - clear  0.000000000, sequence: 0"
@@ -140,7 +141,7 @@ def _phase_and_period(times: NDArray[np.object_], rows: list[int], of: str) -> t
     """Tuple (phase, period): phase in s of each period, shape (n,), NaN without an edge; period in s.
 
     `times` are the edges in ps; `rows` and `of` are for messages. Raises `InputError` for fewer than two edges, a period
-    that is not round, or two edges in a period.
+    that is not round, two edges in a period, or over 80 % of the periods without an edge.
     """
     if times.size < 2:
         raise InputError(f"only {times.size} edge{of}: a phase needs at least two edges")
@@ -160,6 +161,13 @@ def _phase_and_period(times: NDArray[np.object_], rows: list[int], of: str) -> t
         raise InputError(
             f"row {rows[int(double[0]) + 1]}: a second edge{of} within one period ({double.size} such edges in all):"
             " remove the false edges"
+        )
+    missing = steps - 1
+    if missing.sum() > MAX_MISSING_RATIO * times.size:
+        longest = int(np.argmax(missing))
+        raise InputError(
+            f"row {rows[longest + 1]}: {missing[longest]} periods without an edge before it, and only {times.size}"
+            f" edges{of}: correct this time, or write one file for each run"
         )
     number = np.concatenate(([0], np.cumsum(steps)))
     phase = np.full(int(number[-1]) + 1, np.nan)
