@@ -216,12 +216,19 @@ class Fit:
     def adequate(self) -> bool:
         """True if the χ² of the spectrum and the Allan curve do not contradict the model, and it needs no discrepancy.
 
+        False for values with a `distortion`.
         χ² is tested at 0.1 % on either side, the Allan curve at 0.2 %. A discrepancy is a fitted model error (see
         `discrepancy`). Missing effects are not searched; see `check`.
         """
         misfit = self.misfit
-        agrees = misfit.p_value >= MIN_ADEQUATE_P and not misfit.is_too_small
+        agrees = misfit.p_value >= MIN_ADEQUATE_P and not (misfit.is_too_small or self.distortion)
         return agrees and not self.solution.discrepancy and not self.curve.contradicts_model
+
+    @property
+    def distortion(self) -> str:
+        """Finding of the audit about a dead zone or dead band, which no noise model describes; empty without one."""
+        found = (f.found for f in self.recording.audit if f.kind in ("dead_zone", "dead_band"))
+        return next(found, "")
 
     @property
     def limited_by_quantization(self) -> bool:

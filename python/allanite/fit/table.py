@@ -159,7 +159,8 @@ def _reason(fit: Fit) -> str:
         return ""
     if fit.solution.discrepancy:
         return " (only with a model discrepancy)"
-    return " (the Allan deviation contradicts it)"
+    what = "dead zone or dead band" if fit.distortion else "the Allan deviation contradicts it"
+    return f" ({what})"
 
 
 def _percent(share: float) -> str:

@@ -22,6 +22,7 @@ from allanite.recording import Recording
 from allanite.recording.at_rest import motion_findings
 from allanite.recording.coarse_column import coarse_step_of
 from allanite.recording.copies import copies_of
+from allanite.recording.distorted import dead_band_of, dead_zone_of
 from allanite.recording.findings import Finding, stamp_findings
 from allanite.recording.locked import locked_of
 from allanite.recording.repeats import longest_run
@@ -124,6 +125,8 @@ class _Column:
         second.sort()
         middle = second[second.size // 4 : 3 * second.size // 4]
         self.white = float(middle.mean()) / 0.6934 / math.sqrt(6) if middle.size else 0.0
+        self.zone = dead_zone_of(self.spread, self.white, self.step)
+        self.band = dead_band_of(self.spread)
 
     def pieces(self, overlap: int = 0) -> Iterator[tuple[int, NDArray[Any]]]:
         """Iterator over (index of the first sample, samples) of consecutive blocks of the column.
@@ -352,13 +355,39 @@ def _step_findings(c: _Column) -> Iterator[Finding]:
     )
 
 
+def _distorted_findings(c: _Column) -> Iterator[Finding]:
+    """Iterator over at most one `Finding`: a dead zone around one value, or a dead band between logged values."""
+    unit = "" if c.unit == "1" else f" {c.unit}"
+    if c.zone is not None:
+        value, share, ratio = c.zone
+        yield c.finding(
+            "dead_zone",
+            "warning",
+            f"{percent_text(share, 2)} of the samples are exactly {value:.6g}{unit}, {number(ratio, 2)} times as many as"
+            " at any value near it: a dead zone, or a value written for missing samples; no noise model describes these"
+            " values",
+            value=value,
+            share=share,
+            ratio=ratio,
+        )
+    elif c.band is not None:
+        yield c.finding(
+            "dead_band",
+            "warning",
+            f"neighboring samples are equal or differ by at least {c.band:.4g}{unit}: the log writes no smaller changes"
+            " (dead band); no noise model describes these values",
+            band=c.band,
+        )
+
+
 def _outlier_findings(c: _Column) -> Iterator[Finding]:
     """Iterator over at most one `Finding`: outliers (second differences too large for the noise) or heavy-tailed noise.
 
-    Empty below 100 samples, without noise, or without large differences. Over 1 in 10 000 outliers give a warning.
+    Empty below 100 samples, without noise, with a dead zone or dead band, or without large differences. Over 1 in 10 000
+    outliers give a warning.
     """
     level = max(c.white, 0.4 * c.step) * math.sqrt(6)
-    if level == 0.0 or c.n < 100:
+    if level == 0.0 or c.n < 100 or c.zone is not None or c.band is not None:
         return
     limit = level * math.sqrt(2 * math.log(c.n) + 16) + c.step
     found = []
@@ -567,6 +596,7 @@ CHECKS: tuple[Callable[[_Column], Iterator[Finding]], ...] = (
     _copy_findings,
     _clipping_findings,
     _step_findings,
+    _distorted_findings,
     _outlier_findings,
     _dominated_findings,
     _smoothed_findings,

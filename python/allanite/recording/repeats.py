@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.common.arrays import Array
+from allanite.recording.distorted import dead_band_of
 
 #: Samples compared at a time, to limit memory.
 PART_SAMPLES = 1 << 20
@@ -59,9 +60,9 @@ class Polling:
 def polling_of(rows: NDArray[np.floating | np.integer]) -> Polling | None:
     """`Polling` of samples, shape (n,) or (n, columns), if the sensor is slower than the log and its samples repeat.
 
-    None for fewer than 422 rows, fewer than 50 repeats or 2 %, or repeats in few parts of the record. A row is a repeat
-    if no column changes. Rows of a coarse sensor are equal by chance too; the repeats among them are found by the
-    regular pattern that two steady rates make.
+    None for fewer than 422 rows, fewer than 50 repeats or 2 %, repeats in few parts of the record, or a column with a dead
+    band. A row is a repeat if no column changes. Rows of a coarse sensor are equal by chance too; the repeats among them
+    are found by the regular pattern that two steady rates make.
     """
     n = len(rows)
     if n < 2 * max(CHANCE_LAGS):
@@ -82,6 +83,9 @@ def polling_of(rows: NDArray[np.floating | np.integer]) -> Polling | None:
     counts = np.add.reduceat(repeats.astype(np.int64), edges)
     mean = float(counts.mean())
     if counts.max() > MAX_RATIO * mean or MAX_RATIO * counts.min() < mean:
+        return None
+    # A log with a dead band writes a new value when it differs enough, not when the sensor has measured.
+    if any(dead_band_of(column) is not None for column in rows.reshape(n, -1).T):
         return None
     return Polling(np.concatenate(([True], ~repeats)))
 

@@ -258,9 +258,8 @@ def _step_with(
     # The likelihoods of other samples, of levels and of moving bands are not comparable: the check compared them.
     risen += delta_logl(added.fit, after.fit)
     rung = rung_of(before, after, suggestion.kind, risen, suggestion.trials)
-    if not _new_times_are_known(before, after):
-        return None
-    return None if is_doubtful_event(before.fit, rung.fit, suggestion) else rung
+    known = _new_times_are_known(before, after)
+    return rung if known and not is_doubtful_event(before.fit, rung.fit, suggestion) else None
 
 
 def _merged_or_added(

@@ -102,12 +102,13 @@ class Check:
     def left(self) -> list[str]:
         """List of sentences on what the model does not explain; empty if there is nothing.
 
-        One or two sentences for each failure by τ, by frequency or over time, and one for an unexplained shape of the
-        spectrum.
+        One or two sentences for each failure by τ, by frequency or over time, one for an unexplained shape of the
+        spectrum, and one for values with a dead zone or dead band.
         """
         return [
             *self.where.sentences(),
             *([] if self.unexplained_shape is None else [str(self.unexplained_shape)]),
+            *filter(None, [self.fit.distortion]),
         ]
 
     @property

@@ -205,9 +205,7 @@ class Suggestion:
 
     def to_dict(self) -> dict[str, Any]:
         """JSON record (dict) of the suggestion: kind, parameters, significance, evidence, explanation and alternatives."""
-        parameters = {}
-        for name, value in self.estimates.items():
-            parameters[name] = parameter_dict(value)
+        parameters = {name: parameter_dict(value) for name, value in self.estimates.items()}
         return {
             "kind": self.kind,
             "parameters": parameters,

@@ -385,3 +385,45 @@ def test_values_that_were_not_smoothed():
             x = x + lfilter([0.5], [1, -1.2, 0.9], rng.standard_normal(8000))
             x = x + 3 * np.sin(np.arange(8000) * rng.uniform(0.3, 2.5))
         assert "smoothed" not in {f.kind for f in al.Recording(x, 100.0).audit}, seed
+
+
+@pytest.mark.parametrize("step", [0.0, 1e-3])
+def test_a_dead_zone_is_no_heavy_tail(step):
+    """Values below the zone are written as 0: 38 % of the samples."""
+    white = 0.02 * np.random.default_rng(5).standard_normal(20_000)
+    samples = np.sign(white) * np.maximum(np.abs(white) - 0.01, 0.0)
+    samples = np.round(samples / step) * step if step else samples
+    [finding] = al.Recording(samples, 10.0, unit="deg/s").audit
+    assert (finding.kind, finding.severity) == ("dead_zone", "warning")
+    assert finding.values["value"] == 0.0
+    assert finding.values["share"] == pytest.approx(0.383, abs=0.02)
+
+
+def test_a_log_with_a_dead_band_is_no_slow_sensor():
+    """Every second sample repeats the one before, because the change is below the dead band."""
+    white = 0.02 * np.random.default_rng(6).standard_normal(8000)
+    written = [0.0]
+    for value in white[1:]:
+        written.append(value if abs(value - written[-1]) > 0.02 else written[-1])
+    record = al.Recording(np.array(written), 10.0, unit="deg/s")
+    [finding] = record.audit
+    assert (finding.kind, finding.severity) == ("dead_band", "warning")
+    assert finding.values["band"] == pytest.approx(0.02, rel=0.01)
+    fit = al.fit_model(record, "N")
+    assert fit.recording.n == 8000
+    assert not fit.adequate
+    assert "dead band" in fit.distortion
+
+
+@pytest.mark.parametrize("law", ["laplace", "coarse", "walk", "polled", "square"])
+def test_other_values_are_not_distorted(law):
+    rng, n = np.random.default_rng(7), 20_000
+    samples = {
+        "laplace": lambda: np.round(rng.laplace(size=n), 1),
+        "coarse": lambda: np.round(rng.normal(0.0, 0.6, n)),
+        "walk": lambda: np.round(np.cumsum(rng.normal(0.0, 0.01, n)) + rng.normal(0.0, 0.4, n)),
+        "polled": lambda: np.round(rng.normal(size=n), 2)[(0.3 * np.arange(n)).astype(int)],
+        "square": lambda: np.sign(np.sin(0.07 * np.arange(n))) + rng.normal(0.0, 0.01, n).round(3),
+    }[law]()
+    kinds = {finding.kind for finding in al.Recording(samples, 10.0, unit="deg/s").audit}
+    assert not kinds & {"dead_zone", "dead_band"}

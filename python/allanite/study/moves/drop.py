@@ -56,16 +56,12 @@ def without_needless_effects(before: State, after: State, needed: Collection[str
     """
     state = after
     slow = isinstance(after.fit.model.effects[-1], Deterministic)
+    detected = [n for at, n in enumerate(before.numbers) if is_detected(before.fit, at)]
     for number in reversed(after.numbers[:-1]):
         place = state.numbers.index(number)
         given = state.is_given(place)
-        # One that comes back in the last step was not there before.
-        there = number in before.numbers
-        if given and (
-            slow or not there or not is_detected(before.fit, before.numbers.index(number))
-        ):
-            continue
-        if _is_line_needed_as_before(before, state, number):
+        stays = given and (slow or number not in detected)
+        if stays or _is_line_needed_as_before(before, state, number):
             continue
         if _may_be_dropped(state.fit, place, needed):
             without = _fit_if_needless(state.fit, place, given)
