@@ -221,9 +221,7 @@ def _suggestion_lines(rank: int, s: Suggestion) -> list[str]:
     costly = s.p_value < FALSE_ALARM_PROBABILITY
     mark = " (its parameters cost more than it explains)" if costly else " (not significant)"
     mark = "" if s.significant else mark
-    evidence = evidence_text(s)
-    if s.significant:
-        evidence += f", {s.removes_text}"
+    evidence = evidence_text(s) + (f", {s.removes_text}" if s.significant else "")
     lines = [f"  {rank}. {s.explanation}{mark}", f"     {evidence}"]
     if s.rivals:
         names = ", ".join(map(title_of, s.rivals))

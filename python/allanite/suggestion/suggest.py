@@ -22,7 +22,7 @@ from allanite.common.numbers import number
 from allanite.common.threads import Pool
 from allanite.effects import Modifier
 from allanite.fit.likelihood.remembered import trim_memory
-from allanite.fit.likelihood.whitened import whitened_ordinates
+from allanite.fit.likelihood.whitened import replace_unsteady_ordinates, whitened_ordinates
 from allanite.fit.result import Fit, parameter_dict
 from allanite.fit.rivals.evidence import discrepancy_gain, parameters_cost
 from allanite.fit.rivals.score import prior
@@ -240,8 +240,7 @@ def explain_same_misfit(first: Suggestion, other: Suggestion) -> bool:
     one, two = first.gains, other.gains
     if one.size != two.size or any(excludes_or_changes_level(s.effect) for s in (first, other)):
         return False
-    least = min(float(one.sum()), float(two.sum()))
-    return least > 0.0 and float(np.minimum(one, two).sum()) > MAIN_SHARE * least
+    return float(np.minimum(one, two).sum()) > MAIN_SHARE * min(float(one.sum()), float(two.sum()))
 
 
 def _band(effect: Effect) -> tuple[float, float] | None:
@@ -251,9 +250,7 @@ def _band(effect: Effect) -> tuple[float, float] | None:
 
 def _ranges_overlap(one: tuple[float, float] | None, other: tuple[float, float] | None) -> bool:
     """True if two ranges (low, high) have a value in common; False if one is None."""
-    if one is None or other is None:
-        return False
-    return one[0] <= other[1] and other[0] <= one[1]
+    return one is not None and other is not None and one[0] <= other[1] and other[0] <= one[1]
 
 
 def suggest(
@@ -274,6 +271,7 @@ def suggest(
     surplus = discrepancy_gain(base, data)
     # Whitened by the model alone: a discrepancy would absorb narrow lines and bands.
     white = whitened_ordinates(base, data, np.ones(base.count.size))
+    replace_unsteady_ordinates(white, base, data)
     context = Context(base, data, whitened, white)
     candidates = _look_with_all_screens(context, progress)
     searches = sum(

@@ -75,3 +75,18 @@ def test_a_line_near_the_ends_of_the_spectrum_is_simulated_with_its_variance(f, 
     x = line.simulate(n=n, rate=RATE, seed=1).samples
     freedom = 2.0 * np.sqrt(np.pi) * n * wander / RATE
     assert np.var(x) == pytest.approx(0.09, rel=4.0 * np.sqrt(2.0 / freedom))
+
+
+@pytest.mark.parametrize("on", [False, True])
+def test_a_fan_that_runs_for_a_while_has_a_level(on):
+    """A line of 9 Hz that wanders by 0.2 Hz, for 130 of 400 s or always: no burst of a tone in either."""
+    rng, n, rate = np.random.default_rng([4, 55]), 20_000, 50.0
+    t = np.arange(n) / rate
+    line = g.wandering_line(rng, n, rate, 9.0, 0.2, 10.0, 0.05)
+    samples = g.white(rng, n, rate, 0.01) + line * ((t > 120.0) & (t < 250.0) if on else 1.0)
+    log = al.Recording(samples, rate=rate, unit="deg/s")
+    found = al.fit_model(log, "N+WLINE(frequency=9,wander=0.2)").check().significant
+    assert [s.kind for s in found] == ["band_level_change"] * on
+    for s in found:
+        assert (s.effect.start, s.effect.end) == pytest.approx((120.0, 250.0), abs=2.0)
+        assert s.effect.factor > 5.0

@@ -73,7 +73,7 @@ def remove_motion(
     edges = np.unique(np.round(edges).astype(np.int64).clip(1, white.size))
     middles = (edges[:-1] + edges[1:]) // 2
     loud = relative_power_of_segments(moving.segments, middles, data)
-    shares = _density_shares(own, solution, data, middles)
+    shares = density_shares(own, solution, data, middles)
     for first, last, power, share in zip(edges[:-1], edges[1:], loud.T, shares, strict=True):
         size = int(last - first)
         if share > MIN_CELL_SHARE and size > 1:
@@ -93,7 +93,7 @@ def moving_power(solution: Solution, data: Data, j: NDArray[np.int64], times: Ar
         if own.effect.moving and own.theta:
             loud = relative_power_of_segments(own.effect.segments, j, data)
             there = segment_weights(times, data.span, loud.shape[0]).T @ loud
-            share = _density_shares(own, solution, data, j)
+            share = density_shares(own, solution, data, j)
             power *= 1.0 + share * (there - 1.0)
     return power
 
@@ -120,20 +120,13 @@ def cell_shares(
         edges = np.unique(
             np.round(middle + half * np.array(CELL_EDGES_BOTH_SIDES)).clip(1, n).astype(np.int64)
         )
-        shares = _density_shares(process, solution, data, (edges[:-1] + edges[1:]) // 2)
+        shares = density_shares(process, solution, data, (edges[:-1] + edges[1:]) // 2)
         for (first, last), share in zip(pairwise(edges.tolist()), shares.tolist(), strict=True):
             if share > MIN_CELL_SHARE:
                 yield first, last - first, share
 
 
-def density_share(process: Process, solution: Solution, data: Data, ordinate: int) -> float:
-    """Share, 0 … 1, that a process has in the model's spectral density at one cosine ordinate (its index)."""
-    return float(_density_shares(process, solution, data, np.array([ordinate]))[0])
-
-
-def _density_shares(
-    process: Process, solution: Solution, data: Data, j: NDArray[np.int64]
-) -> Array:
+def density_shares(process: Process, solution: Solution, data: Data, j: NDArray[np.int64]) -> Array:
     """Array of the share, 0 … 1, of the model's density at each ordinate j that a process makes, shape of j."""
     total = density(data.terms(solution.model), j, data.n)
     own = density(data.unit_terms(solution.model, process.effect), j, data.n)

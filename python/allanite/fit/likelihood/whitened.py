@@ -20,7 +20,7 @@ from allanite.common.showing import brief
 from allanite.common.threads import results_or_raise, side_by_side
 from allanite.fit.likelihood.bands_in_time import (
     band_series,
-    density_share,
+    density_shares,
     moving_power,
     remove_level_change,
     remove_motion,
@@ -178,11 +178,7 @@ def whiten(solution: Solution, data: Data) -> Whitened:
     for own in solution.processes:
         if own.effect.moving:
             remove_motion(white, own, own.effect, solution, data)
-        if own.effect.unsteady is not None and own.theta > 0.0:
-            # A line is now here, now there: its ordinates say nothing about the level of the noise over time.
-            first, last = (round(2.0 * f * data.duration) for f in own.effect.unsteady)
-            there = white[first : last + 1]
-            there[:] = np.random.default_rng(first).standard_normal(there.size)
+    replace_unsteady_ordinates(white, solution, data)
     bands = data.octaves(
         lambda j: np.exp(_log_density(solution, data, solution.level, np.log(j))),
         lambda j, times: moving_power(solution, data, j, times),
@@ -192,6 +188,19 @@ def whiten(solution: Solution, data: Data) -> Whitened:
     if not any(effect.passing for effect in solution.model.modifiers):
         return found
     return _without_level_changes(solution, data, found)
+
+
+def replace_unsteady_ordinates(white: Array, solution: Solution, data: Data) -> None:
+    """Replace the whitened ordinates `white` at which a line wanders (`Stochastic.unsteady`) by draws, in place.
+
+    The line is now here, now there, and may stay at a frequency for a while. Its ordinates say nothing about the level
+    of the noise over time, and nothing about tone bursts.
+    """
+    for own in solution.processes:
+        if own.effect.unsteady is not None and own.theta > 0.0:
+            first, last = (round(2.0 * f * data.duration) for f in own.effect.unsteady)
+            there = white[first : last + 1]
+            there[:] = np.random.default_rng(first).standard_normal(there.size)
 
 
 def _without_level_changes(solution: Solution, data: Data, whitened: Whitened) -> Whitened:
@@ -385,7 +394,8 @@ def cell_means(values: Array, cells: int) -> Array:
 def white_share(solution: Solution, data: Data, ordinate: int) -> float:
     """Fraction, 0 … 1, of the model's density at an ordinate that its white noise makes; 0 without white noise."""
     white = next((own for own in solution.processes if own.effect.white), None)
-    return 0.0 if white is None else density_share(white, solution, data, ordinate)
+    at = np.array([ordinate])
+    return 0.0 if white is None else float(density_shares(white, solution, data, at)[0])
 
 
 def white_power(

@@ -15,7 +15,7 @@ from allanite.fit.likelihood.bands_in_time import (
     band_ordinates,
     band_series,
     cell_shares,
-    density_share,
+    density_shares,
 )
 from allanite.fit.likelihood.whitened import MIN_WHITE_SHARE
 from allanite.fit.rivals.evidence import MAX_RIVAL_LOG_EVIDENCE
@@ -39,7 +39,7 @@ from allanite.suggestion.screens.level_forms import LEVELS, is_deformed_by_round
 from allanite.suggestion.screens.spectral import bands_overlap
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Iterable, Iterator, Sequence
 
     from allanite.fit.likelihood.data import Data
     from allanite.fit.likelihood.whitened import Whitened
@@ -122,13 +122,19 @@ def _changed_bands(
 
     found: list[tuple[float, float, float, int, int, list[Cell]]] = []
     for own, first, size in bands:
+        parts: Iterable[tuple[int, int, float]] = cell_shares(own, solution, data, data.n)
+        if own.effect.unsteady is not None:
+            # The line is now here, now there: only the power of the whole band shows its level over time.
+            first, size = band_ordinates(own.effect.unsteady, data, data.n)
+            there = solution.ordinates[first : first + size]
+            ordinates[first : first + size] = there / np.sqrt(np.mean(there**2))
+            shares = density_shares(own, solution, data, np.arange(first, first + size))
+            over = float(np.mean(shares / (1.0 - shares)))
+            parts = [(first, size, over / (1.0 + over))]
         power = series(first, size)
         start, end, log_p = _interval(power)
         if log_p + searches < np.log(FALSE_ALARM_PROBABILITY):
-            cells = [
-                (series(at, many), share)
-                for at, many, share in cell_shares(own, solution, data, data.n)
-            ]
+            cells = [(series(at, many), share) for at, many, share in parts]
             found.append((log_p, start, end, first, size, cells))
     for low, high, octave, freedom in () if found else octaves:
         start, end, _, log_p = best_interval(octave, freedom, min(LEVEL_CELLS, octave.size // 8))
@@ -251,11 +257,9 @@ def _dominated_bands(solution: Solution, data: Data) -> Iterator[tuple[Process, 
         ends = []
         for sign in (-1.0, 1.0):
             steps = middle + sign * width * 0.2 * DISTANCE_RATIO ** np.arange(DISTANCES)
-            seen = [
-                0 < at < data.n and density_share(own, solution, data, round(at)) >= MIN_WHITE_SHARE
-                for at in steps
-            ]
-            reach = seen.index(False) if False in seen else DISTANCES
+            at = np.round(steps).astype(np.int64).clip(1, data.n - 1)
+            shares = density_shares(own, solution, data, at) * (at == np.round(steps))
+            reach = int(np.argmin(np.append(shares >= MIN_WHITE_SHARE, False)))
             ends.append(steps[reach - 1] if reach else middle)
         first, size = band_ordinates((ends[0] * half, ends[1] * half), data, data.n)
         if size >= MIN_POWER_VALUES:
