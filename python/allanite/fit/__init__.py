@@ -194,16 +194,18 @@ def refitted(fit: Fit, model: Model) -> Fit:
 def fit_again(fit: Fit, model: Model) -> Fit:
     """`Fit` of another model to the recording of `fit` by the same method.
 
-    A Whittle fit starts from the solution and the data of `fit`. The recording is prepared anew if draws of missing
-    samples from the new model would change logL by 0.02 nats or more, or if the first and last sample must be masked
-    (`without_ends`).
+    A Whittle fit starts from the solution and the data of `fit`. Missing samples are drawn again if draws from the new
+    model would change logL by 0.02 nats or more. The recording is prepared anew if the first and last sample must be
+    masked (`without_ends`).
     """
     if fit.method == "whittle":
         found = refitted(fit, model)
         if found.data is not fit.data:
             return found
-        settled = is_still_complete(fit.data, fit.solution, found.solution)
-        if settled and without_ends(found.data, found.solution) is None:
+        if not is_still_complete(fit.data, fit.solution, found.solution):
+            data, solution = complete_and_fit(fit.data, model, found.solution)
+            found = Fit(fit.recording, solution.model, fit.method, data, solution)
+        if without_ends(found.data, found.solution) is None:
             return found
     return _fit(fit.recording, model, method=fit.method)
 

@@ -7,10 +7,11 @@ their limits are then held at the limits (`limited`).
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from allanite.common.arrays import Array
 from allanite.effects import Deterministic, Effect, Model, Stochastic, white_noise
@@ -18,7 +19,13 @@ from allanite.fit.likelihood.changing_power import effective_freedom
 from allanite.fit.likelihood.discrepancy import best_scale, bin_levels
 from allanite.fit.likelihood.expected import Noise
 from allanite.fit.likelihood.random_part import RandomPart
-from allanite.fit.shapes.deterministic import Design, Regression, design_of, regress
+from allanite.fit.shapes.deterministic import (
+    Design,
+    Regression,
+    design_of,
+    parts_of,
+    regress_designs,
+)
 from allanite.fit.shapes.limited import within_limits
 from allanite.fit.shapes.narrow import fit_narrow_bands, ordinates_delta_logl
 from allanite.fit.shapes.shape import fit_deterministic_shapes, fit_shapes, with_open_shapes
@@ -33,8 +40,7 @@ if TYPE_CHECKING:
 #: Maximum change of an amplitude, in standard errors, for which the residual is not recomputed. It costs ½·0.01² = 5e-5
 #: of logL.
 MAX_KEPT_CHANGE = 0.01
-#: Design and regression of a model without functions of time.
-NO_DESIGN = Design(np.zeros(0, dtype=np.int64), np.zeros((0, 0)), ())
+#: Regression of a model without functions of time.
 NO_REGRESSION = Regression(np.zeros(0), np.zeros((0, 0)), np.zeros(0), 0.0)
 
 
@@ -162,7 +168,7 @@ def _solution(
         part.count,
         residual,
         total,
-        functions.design.ordinates,
+        functions.ordinates,
         functions.regression.leverage,
     )
 
@@ -175,27 +181,36 @@ class _Functions:
     ----------
     effects : tuple of Deterministic
         The functions with fitted amplitudes.
-    design : Design
+    designs : tuple of Design
+        Regressors of each function.
+    ordinates : ndarray of int64
+        All ordinates of `designs`, ascending.
     regression : Regression
     """
 
     effects: tuple[Deterministic, ...] = ()
-    design: Design = NO_DESIGN
+    designs: tuple[Design, ...] = ()
+    ordinates: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
     regression: Regression = NO_REGRESSION
 
     def refitted(self, effects: tuple[Deterministic, ...], noise: Noise, data: Data) -> _Functions:
         """`_Functions` (functions of time, their regressors and their regression) of `effects` with fitted amplitudes.
 
-        The regressors are reused if no shape has changed.
+        The regressors of a function are reused if its shapes have not changed.
         """
-        same = [e.seen_alike for e in self.effects] == [e.seen_alike for e in effects]
-        design = self.design if same else design_of(effects, data)
-        regression = _regress(effects, design, data, noise.variance(design.ordinates))
+        before = list(zip(self.effects, self.designs, strict=True))
+        designs = tuple(
+            next((d for old, d in before if old.seen_alike == e.seen_alike), None)
+            or design_of((e,), data)
+            for e in effects
+        )
+        at = np.unique(np.concatenate([design.ordinates for design in designs]))
+        regression = _regress(effects, designs, at, data, noise.variance(at))
         made = (
             e.with_amplitudes(regression.amplitudes[own])
-            for e, own in zip(effects, design.parts, strict=True)
+            for e, own in zip(effects, parts_of(designs), strict=True)
         )
-        return _Functions(tuple(made), design, regression)
+        return _Functions(tuple(made), designs, at, regression)
 
     def without_leverage(self, whole: RandomPart) -> RandomPart:
         """`RandomPart` (bin power, degrees of freedom) of `whole`, minus the degrees of freedom that the regression used.
@@ -205,7 +220,7 @@ class _Functions:
         """
         edges = whole.data.bins.edges
         used = np.zeros(whole.count.size)
-        place = np.searchsorted(edges, self.design.ordinates, side="right") - 1
+        place = np.searchsorted(edges, self.ordinates, side="right") - 1
         np.add.at(used, place, self.regression.leverage)
         count = np.maximum(whole.count - used, np.minimum(whole.count, 0.05))
         return RandomPart(whole.data, whole.power * whole.count / count, count)
@@ -216,15 +231,13 @@ class _Functions:
         `removed` holds for each function, in the same order, the copy that is subtracted from the residual. The amplitudes
         of this copy can differ slightly from the fitted amplitudes.
         """
+        found = self.regression
+        each = zip(self.effects, self.designs, parts_of(self.designs), removed, strict=True)
         return tuple(
             Regressed(
-                effect,
-                self.regression.amplitudes[own],
-                self.regression.covariance[own, own],
-                self.design.matrix[:, own],
-                out,
+                e, found.amplitudes[own], found.covariance[own, own], d.matrix, out, d.ordinates
             )
-            for effect, own, out in zip(self.effects, self.design.parts, removed, strict=True)
+            for e, d, own, out in each
         )
 
 
@@ -238,7 +251,7 @@ def _with_subtracted(
     """
     scatter = np.sqrt(np.diag(functions.regression.covariance))
     before, changes, now = list(removed), [], []
-    for effect, own in zip(functions.effects, functions.design.parts, strict=True):
+    for effect, own in zip(functions.effects, parts_of(functions.designs), strict=True):
         change = effect.amplitudes()
         alike = [k for k, e in enumerate(before) if e.seen_alike == effect.seen_alike]
         if alike:
@@ -289,23 +302,27 @@ def _with_replaced(model: Model, base: type[Effect], effects: Iterator[Effect]) 
 
 
 def _regress(
-    effects: tuple[Deterministic, ...], design: Design, data: Data, variance: Array
+    effects: tuple[Deterministic, ...],
+    designs: tuple[Design, ...],
+    at: NDArray[np.int64],
+    data: Data,
+    variance: Array,
 ) -> Regression:
-    """`Regression` of the record's ordinates on functions of time, weighted by 1/`variance`.
+    """`Regression` of the record's ordinates `at` on functions of time, weighted by 1/`variance`.
 
     Held amplitudes are subtracted first; they keep their values and have the covariance 0.
     """
-    values = data.ordinates[design.ordinates]
-    parts = zip(effects, design.parts, strict=True)
-    held = np.concatenate([np.full(p.stop - p.start, e.amplitudes_held) for e, p in parts])
+    fixed, values = [e.amplitudes() for e in effects], data.ordinates[at]
+    held = np.repeat([e.amplitudes_held for e in effects], [a.size for a in fixed])
+    for effect, design, amplitudes in zip(effects, designs, fixed, strict=True):
+        if effect.amplitudes_held:
+            values[np.searchsorted(at, design.ordinates)] -= design.matrix @ amplitudes
+    free = [d for e, d in zip(effects, designs, strict=True) if not e.amplitudes_held]
     if not held.any():
-        return regress(design.matrix, values, variance)
-    fixed = np.concatenate([e.amplitudes() for e in effects])
-    of_free = regress(
-        design.matrix[:, ~held], values - design.matrix[:, held] @ fixed[held], variance
-    )
+        return regress_designs(designs, at, values, variance)
+    of_free = regress_designs(free, at, values, variance)
     covariance = np.zeros((held.size, held.size))
     covariance[np.ix_(~held, ~held)] = of_free.covariance
-    amplitudes = np.where(held, fixed, 0.0)
+    amplitudes = np.where(held, np.concatenate(fixed), 0.0)
     amplitudes[~held] = of_free.amplitudes
     return replace(of_free, amplitudes=amplitudes, covariance=covariance)

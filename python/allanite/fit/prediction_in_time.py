@@ -27,9 +27,9 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from allanite.fit.likelihood.data import Data
-    from allanite.fit.solution import Solution
+    from allanite.fit.solution import Regressed, Solution
 
-    #: Indices of consecutive ordinates, regressors at all regressed ordinates, and their amplitudes.
+    #: Indices of consecutive ordinates, regressors at these, and their amplitudes.
     Part = tuple[NDArray[np.int64], Array, Array]
 
 #: Number of blocks of time, each of which is left out once. Chosen by judgment; not measured.
@@ -52,9 +52,8 @@ def function_costs(data: Data, solution: Solution) -> Array:
     for parts, numbers in _predicted_parts(data, solution):
         costs = np.zeros(BLOCKS)
         for j, matrix, amplitudes in parts:
-            rows = matrix[np.searchsorted(solution.regressed_ordinates, j)]
-            values = solution.ordinates[j] + (rows * amplitudes).sum(axis=1)
-            costs += block_losses(values, rows, noise.variance(j), mean=bool(j[0] == 1))
+            values = solution.ordinates[j] + (matrix * amplitudes).sum(axis=1)
+            costs += block_losses(values, matrix, noise.variance(j), mean=bool(j[0] == 1))
         total += costs + max(0.0, numbers - float(costs.sum())) / BLOCKS
     return total
 
@@ -78,7 +77,7 @@ def _predicted_parts(data: Data, solution: Solution) -> Iterator[tuple[list[Part
                 frequency = multiple * (effect.base_frequency or 0.0)
                 pair = slice(2 * k, 2 * k + 2)
                 j = ordinates_near(frequency, data, ORDINATES_BESIDE_LINE)
-                lines.append((j, own.matrix[:, pair], own.amplitudes[pair]))
+                lines.append((j, _rows(own, j)[:, pair], own.amplitudes[pair]))
             yield lines, numbers
         elif effect.low:
             slow.append(own)
@@ -87,13 +86,18 @@ def _predicted_parts(data: Data, solution: Solution) -> Iterator[tuple[list[Part
             # For a wide band, use only its middle.
             first = max(0, j.size // 2 - 2 * PREDICTED_ORDINATES)
             j = j[first : j.size // 2 + 2 * PREDICTED_ORDINATES]
-            yield [(j, own.matrix, own.amplitudes)], numbers
+            yield [(j, _rows(own, j), own.amplitudes)], numbers
     if slow:
         j = np.arange(1, min(data.n, PREDICTED_ORDINATES), dtype=np.int64)
         amplitudes = np.concatenate([own.amplitudes for own in slow])
         shapes = sum(len(own.effect.free_shapes) for own in slow)
-        part = j, np.hstack([own.matrix for own in slow]), amplitudes
+        part = j, np.hstack([_rows(own, j) for own in slow]), amplitudes
         yield [part], amplitudes.size + shapes
+
+
+def _rows(own: Regressed, j: NDArray[np.int64]) -> Array:
+    """Array of the regressors of a fitted function of time at the ordinates j, which its regression used, shape (j, p)."""
+    return own.matrix[np.searchsorted(own.ordinates, j)]
 
 
 def level_change_costs(data: Data, solution: Solution) -> Array:

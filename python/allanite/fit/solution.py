@@ -67,9 +67,11 @@ class Regressed(Fitted):
     covariance : ndarray, shape (p, p)
         Covariance of the amplitudes, with the other functions fitted too.
     matrix : ndarray, shape (k, p)
-        Regressors at the ordinates `Solution.regressed_ordinates`.
+        Regressors at `ordinates`.
     removed : Deterministic
         The function removed from the residual ordinates; its amplitudes may differ slightly from those of `effect`.
+    ordinates : ndarray of int64, shape (k,)
+        Ordinates in which the function was regressed: the lowest, or those near lines.
     """
 
     effect: Deterministic
@@ -77,6 +79,7 @@ class Regressed(Fitted):
     covariance: Array
     matrix: Array
     removed: Deterministic
+    ordinates: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
 
 
 def fitted(

@@ -14,7 +14,13 @@ from allanite.effects import Deterministic, Parameter, Periodic
 from allanite.effects.bias_step import BiasStep
 from allanite.effects.warm_up import WarmUp
 from allanite.fit.likelihood.data import prepare
-from allanite.fit.shapes.deterministic import design_of, line_ordinates, regress
+from allanite.fit.shapes.deterministic import (
+    Design,
+    design_of,
+    line_ordinates,
+    regress,
+    regress_designs,
+)
 from allanite.fit.shapes.matched import matched_gains
 from generators import sinusoid, white
 
@@ -135,6 +141,29 @@ def test_a_matched_filter_counts_what_a_function_adds_to_those_beside_it():
         again, unit = matched_gains([effect], fit.solution.ordinates, noise, data, known)
         assert not again.any()
         assert not unit.any()
+
+
+def test_designs_at_their_own_ordinates_are_one_regression():
+    """Designs that overlap in part, by least squares on all ordinates with zeros outside of each."""
+    rng, size = np.random.default_rng(9), 300
+    at = np.arange(10, 10 + 2 * size, 2)
+    spans = [(0, 180), (120, 240), (230, 300), (100, 150)]
+    designs = [
+        Design(at[low:high], rng.standard_normal((high - low, columns)))
+        for (low, high), columns in zip(spans, (3, 2, 4, 1), strict=True)
+    ]
+    whole = np.zeros((size, 10))
+    for (low, high), design, start in zip(spans, designs, (0, 3, 5, 9), strict=True):
+        whole[low:high, start : start + design.matrix.shape[1]] = design.matrix
+    values, variance = rng.standard_normal(size), rng.uniform(0.5, 2.0, size)
+    found = regress_designs(designs, at, values, variance)
+    white = whole / np.sqrt(variance)[:, None]
+    covariance = np.linalg.inv(white.T @ white)
+    expected = covariance @ white.T @ (values / np.sqrt(variance))
+    np.testing.assert_allclose(found.amplitudes, expected, rtol=1e-9)
+    np.testing.assert_allclose(found.covariance, covariance, rtol=1e-8, atol=1e-12)
+    hat = np.einsum("ij,jk,ik->i", white, covariance, white)
+    np.testing.assert_allclose(found.leverage, hat, rtol=1e-9)
 
 
 @pytest.mark.parametrize("n", [1001, 40_000])

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import allanite as al
+from allanite.fit import fit_again
 from allanite.fit.likelihood.data import prepare
 from allanite.fit.likelihood.expected import column
 from allanite.fit.likelihood.whittle import normal_scores
@@ -276,3 +277,18 @@ def test_holes_that_no_bin_notices_leave_a_fit_as_it_is(monkeypatch):
         # A hundredth of its standard error.
         error = mixed[name].std_error
         assert plain[name].value == pytest.approx(mixed[name].value, abs=0.01 * error)
+
+
+def test_a_model_with_one_more_effect_completes_the_record_as_one_fitted_from_the_start():
+    """Two thirds missing in segments: the samples completed under the smaller model are only where the rounds start."""
+    rng, n = np.random.default_rng(3), 12_000
+    x = 0.01 * rng.standard_normal(n) + np.cumsum(2e-4 * rng.standard_normal(n))
+    away = np.repeat(np.arange(400) % 2, rng.geometric(1.0 / np.tile([30, 60], 200)))[:n] == 1
+    x[: away.size][away] = np.nan
+    log = al.Recording(x, rate=1.0)
+    first = al.fit_model(log, "N+B")
+    again, whole = fit_again(first, al.parse_model("N+B+K")), al.fit_model(log, "N+B+K")
+    assert again.data is not first.data
+    # The starts differ; rounds end at changes of 0.02 nats, that is 0.2 standard errors.
+    for name in ("N", "K"):
+        assert abs(again[name].value - whole[name].value) < 0.2 * whole[name].std_error

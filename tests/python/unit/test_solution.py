@@ -35,7 +35,9 @@ def test_each_effect_has_what_is_its_own(recording):
     assert (ramp.amplitudes == ramp.effect.amplitudes()).all()
     assert line.amplitudes == pytest.approx(line.effect.amplitudes())
     assert line.covariance.shape == (2, 2)
-    assert line.matrix.shape == (solution.regressed_ordinates.size, 2)
+    assert line.matrix.shape == (line.ordinates.size, 2)
+    assert np.isin(line.ordinates, solution.regressed_ordinates).all()
+    assert solution.regressed_ordinates.size == np.union1d(line.ordinates, ramp.ordinates).size
     # The vectors are made of the effects.
     assert solution.theta.tolist() == [white.theta, walk.theta]
     np.testing.assert_array_equal(solution.columns[:, 1], walk.column)

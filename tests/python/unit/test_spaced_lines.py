@@ -18,6 +18,13 @@ def _lines(frequencies, amplitude, seed):
     return al.Recording(x, RATE, unit="deg/s")
 
 
+def _periodogram(places, size=20_100):
+    """Periodogram over its expectation, with lines of 50 nats at the indices `places`."""
+    power = np.ones(size)
+    power[np.asarray(places)] = 50.0
+    return power
+
+
 @pytest.mark.slow
 def test_a_comb_is_one_effect():
     """Nine lines, 2.13 Hz apart from 3.37 Hz, one of them missing."""
@@ -42,11 +49,12 @@ def test_unrelated_lines_are_no_comb():
 @pytest.mark.parametrize("seed", range(50))
 def test_random_places_are_not_evenly_spaced(seed):
     places = np.random.default_rng([seed, 62]).choice(20_000, 20, replace=False)
-    assert evenly_spaced([int(p) for p in places]) is None
+    assert evenly_spaced(_periodogram(places), places.tolist()) is None
 
 
 def test_harmonics_are_left_to_their_fundamental():
-    assert evenly_spaced([500 * k for k in range(1, 9)]) is None
+    places = [500 * k for k in range(1, 9)]
+    assert evenly_spaced(_periodogram(places), places) is None
 
 
 @pytest.mark.slow
@@ -73,3 +81,32 @@ def test_many_lines_that_share_no_frequency_are_one_effect():
     # A line is known to √(6/60)/π of 1/T.
     assert found == pytest.approx(lines, abs=5.0 * 0.1 * rate / n), study
     assert len(study.ladder) <= 3, study
+
+
+def test_lines_that_are_not_among_the_clearest_complete_a_comb():
+    """Of three combs of 20 lines, the 32 clearest lines are at most 11 of each."""
+    combs = [
+        np.round(start + step * np.arange(20))
+        for start, step in ((311, 2491), (437, 2513), (2090, 2467))
+    ]
+    every = np.concatenate(combs).astype(int)
+    power = _periodogram(every, 60_000)
+    clearest = np.random.default_rng(4).permutation(every)[:32].tolist()
+    lowest, multiples = evenly_spaced(power, clearest)
+    assert any(
+        lowest * np.array(multiples) == pytest.approx(comb, abs=0.5)
+        for comb in combs
+        if comb.size == len(multiples)
+    )
+
+
+@pytest.mark.slow
+def test_combs_on_several_carriers_are_combs():
+    """Three combs whose lines interleave: each is one effect, found in one step with the others."""
+    combs = [(0.187, 1.495, 14), (1.292, 1.477, 13), (1.33, 1.5202, 12)]
+    frequencies = [start + step * k for start, step, count in combs for k in range(count)]
+    study = al.improve(_lines(frequencies, 0.012, 5), "N")
+    assert study.adequate, study
+    found = sorted(e.frequency for e in study.fit.model if e.kind == "sinusoid")
+    assert found == pytest.approx(sorted(start for start, _, _ in combs), abs=1e-3)
+    assert sorted(len(e.lines) for e in study.fit.model if e.kind == "sinusoid") == [12, 13, 14]

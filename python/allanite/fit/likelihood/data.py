@@ -71,6 +71,9 @@ class Data:
     mixing : ndarray, shape (bins, bins), or None
         Relative change of the observed power of a bin (row) per relative change of the true power of a bin (column). None
         for a summary, if no sample is missing, or if the mixing is negligible.
+    completions : tuple of ndarray, shape (missing,)
+        Missing samples as the last completion found them, from which the next one starts: the conditional mean, then the
+        unknown part of each draw. Empty if they are not completed, or few.
     """
 
     samples: Array
@@ -82,6 +85,7 @@ class Data:
     missing: NDArray[np.bool_] | None = None
     gain: Array | None = None
     mixing: Array | None = None
+    completions: tuple[Array, ...] = ()
     #: Cache: ordinates of regressors by effect and shapes.
     functions: ArrayCache = field(default_factory=lambda: series_cache(0), repr=False)
     #: Cache: lowest ordinates of regressors by effect and shapes.
@@ -414,6 +418,7 @@ def without_samples(data: Data, missing: NDArray[np.bool_]) -> Data:
         missing=missing,
         gain=None,
         mixing=None,
+        completions=(),
         functions=series_cache(data.n),
         lowest=ArrayCache(CACHE_BYTES_LOWEST),
         of_bins=ArrayCache(CACHE_BYTES_LOWEST),

@@ -150,7 +150,7 @@ def slow_values(solution: Solution, data: Data) -> dict[Regressed, tuple[Mixture
     (`Effect.shape_error`). Lines and other fast functions are excluded: their noise density is known from many ordinates.
     """
     slow = [own for own in solution.functions if own.effect.low]
-    shapes = [_slopes(own, solution, data) for own in slow]
+    shapes = [_slopes(own, data) for own in slow]
     both = [
         replace(
             own,
@@ -167,13 +167,13 @@ def slow_values(solution: Solution, data: Data) -> dict[Regressed, tuple[Mixture
     }
 
 
-def _slopes(own: Regressed, solution: Solution, data: Data) -> dict[str, Array]:
+def _slopes(own: Regressed, data: Data) -> dict[str, Array]:
     """Dict from each free shape with a smooth likelihood to the derivative of the function at the regressed ordinates.
 
     Shapes that the record does not determine are omitted.
     """
     found = {
-        name: shape_slope(own.effect, name, solution.regressed_ordinates, data)
+        name: shape_slope(own.effect, name, own.ordinates, data)
         for name in own.effect.free_shapes
         if own.effect.shape_error(name, float(own.covariance[0, 0]), data.duration) is None
     }
@@ -200,8 +200,7 @@ def joint_amplitudes(slow: Sequence[Regressed], solution: Solution, data: Data) 
     # The single ordinates end at the edge of a bin.
     first = int(np.searchsorted(data.bins.edges, min(SINGLE_ORDINATES, data.n), side="right")) - 1
     ordinates = np.arange(1, data.bins.edges[first], dtype=np.int64)
-    seen = np.searchsorted(solution.regressed_ordinates, ordinates)
-    matrix = np.hstack([own.matrix[seen] for own in slow])
+    matrix = np.hstack([own.matrix[np.searchsorted(own.ordinates, ordinates)] for own in slow])
     amplitudes = np.concatenate([own.amplitudes for own in slow])
     scale = np.maximum(np.sqrt((matrix**2).sum(axis=0)), 1e-300)
     stochastic = solution.model.stochastic

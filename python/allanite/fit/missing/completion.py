@@ -82,8 +82,8 @@ class _ConditionalMean:
 
     C is the orthonormal cosine transform of the record. The covariance of the samples is Cᵀ diag(spectrum) C, and its
     inverse is Q = Cᵀ diag(`precision`) C, with `precision` = 1/spectrum. Index m denotes the missing samples. `starts` are
-    solutions under a similar spectrum, in the order of the calls, from which conjugate gradients start; `solutions` are
-    those under this spectrum.
+    the missing samples under a similar spectrum, in the order of the calls, from which conjugate gradients start;
+    `solutions` are those under this spectrum.
     """
 
     def __init__(
@@ -132,7 +132,9 @@ class _ConditionalMean:
     def mean(self, samples: Array) -> Array:
         """Array of `samples` in which the missing ones are replaced by their conditional mean, shape (n,)."""
         out = samples.copy()
-        out[self.missing] += self._solved(-self._weighted(samples, self.precision))
+        out[self.missing] = self._solved(
+            -self._weighted(samples, self.precision), samples[self.missing]
+        )
         return out
 
     def unknown_part(self, draw: Array) -> Array:
@@ -144,11 +146,11 @@ class _ConditionalMean:
         out = np.zeros(draw.size)
         # Q_mm (x_m − E x_m) = Q_mm x_m + Q_mo x_o, which is Q x at the missing samples.
         weighted = _kernels.inverse_cosine_transform(draw * np.sqrt(self.precision))
-        out[self.missing] = self._solved(weighted[self.missing])
+        out[self.missing] = self._solved(weighted[self.missing], np.zeros(int(self.missing.sum())))
         return out
 
-    def _solved(self, right: Array) -> Array:
-        """Array of the solution z of Q z = `right`; Q is the precision matrix (inverse covariance) of the missing samples.
+    def _solved(self, right: Array, given: Array) -> Array:
+        """Array of `given` plus the solution z of Q z = `right`; Q is the precision matrix of the missing samples.
 
         With at most 2048 missing samples, z follows from the Cholesky factor of Q, if it exists. Otherwise conjugate
         gradients are used up to a relative residual of `tolerance`, at most 400 iterations; `steps` counts the iterations.
@@ -156,11 +158,11 @@ class _ConditionalMean:
         if self.exact is not None:
             from scipy.linalg import cho_solve
 
-            return np.asarray(cho_solve(self.exact, right))
+            return np.asarray(given + cho_solve(self.exact, right))
         first = _inner(right, self._apply(right, self.rough))
         step, residual = np.zeros(right.size), right
         if self.starts:
-            step = self.starts.pop(0)
+            step = self.starts.pop(0) - given
             residual = right - self._apply(step, self.precision)
         searched = rough = self._apply(residual, self.rough)
         size = _inner(residual, rough)
@@ -175,8 +177,8 @@ class _ConditionalMean:
             rough = self._apply(residual, self.rough)
             size, before = _inner(residual, rough), size
             searched = rough + (size / before) * searched
-        self.solutions.append(step)
-        return step
+        self.solutions.append(given + step)
+        return self.solutions[-1]
 
 
 def _inner(a: Array, b: Array) -> float:
@@ -212,7 +214,7 @@ def complete(
     data: Data,
     model: Model,
     level: Array | None = None,
-    solutions: list[Array] | None = None,
+    starts: tuple[Array, ...] | None = None,
 ) -> Data:
     """`Data` of the record with its missing samples completed under a model with values.
 
@@ -224,9 +226,9 @@ def complete(
     level : ndarray, shape (bins,), optional
         Estimated ratio of true to modeled power in each bin (`Solution.level`), so that the completed record contains
         effects that the model lacks.
-    solutions : list of ndarray, optional
-        Solutions of the last completion of this record, from which this one starts; replaced by its own. Conjugate
-        gradients then stop at `ROUND_TOLERANCE`.
+    starts : tuple of ndarray, optional
+        `Data.completions` of the last completion of this record, from which this one starts. Conjugate gradients then stop
+        at `ROUND_TOLERANCE`.
 
     Returns
     -------
@@ -240,17 +242,19 @@ def complete(
     at, known = log_density_at_nodes(model, data, level)
     log_j = np.log(np.maximum(np.arange(data.n, dtype=np.float64), 1.0))
     spectrum = np.exp(np.interp(log_j, at, known))
+    signal = data.signal(model.deterministic) if model.deterministic else None
+    noise, shift = data.samples, np.zeros(int(missing.sum()))
+    if signal is not None:
+        noise, shift = noise - signal, signal[missing]
     bridge = (
         _ConditionalMean(missing, spectrum)
-        if solutions is None
-        else _ConditionalMean(missing, spectrum, solutions, ROUND_TOLERANCE)
+        if starts is None
+        else _ConditionalMean(
+            missing, spectrum, [s - shift for s in starts[:1]] + list(starts[1:]), ROUND_TOLERANCE
+        )
     )
-    signal = data.signal(model.deterministic) if model.deterministic else None
-    noise = data.samples if signal is None else data.samples - signal
     mean = bridge.mean(noise)
     unknown, unseen, seen = _drawn_unknown_part(bridge, spectrum)
-    if solutions is not None:
-        solutions[:] = bridge.solutions
     drawn = None if data.n <= MAX_CELLS else (unseen, seen)
     share = unknown_share(missing, spectrum, drawn, data.bins)
     gain, samples = np.sqrt(1.0 - share), mean + unknown
@@ -266,6 +270,7 @@ def complete(
         bins=bins,
         gain=gain,
         mixing=mixing,
+        completions=tuple(s + shift for s in bridge.solutions[:1]) + tuple(bridge.solutions[1:]),
         of_bins=ArrayCache(CACHE_BYTES_LOWEST),
     )
 
@@ -338,12 +343,15 @@ def is_still_complete(data: Data, before: Solution, after: Solution) -> bool:
     return 0.5 * float(data.bins.count @ change**2) < MAX_SETTLED_DELTA_LOGL
 
 
-def complete_and_fit(data: Data, model: Model) -> tuple[Data, Solution]:
+def complete_and_fit(
+    data: Data, model: Model, start: Solution | None = None
+) -> tuple[Data, Solution]:
     """Pair (data, solution): record whose missing samples are drawn from the model fitted to it, and this fit.
 
     Each round draws the missing samples and fits again. At most 8 rounds are made, until one changes logL by less than
     0.02 nats. If the fit then has a discrepancy, up to 8 rounds follow whose draws have the power estimated in each bin
-    instead of that of the model. `model` is as for `fit.engine.solve`.
+    instead of that of the model. `model` is as for `fit.engine.solve`. `start` is a fit of it to `data` that were completed
+    under another model; the rounds then start from both.
     """
     from allanite.fit.engine import solve, with_coefficients
 
@@ -353,10 +361,9 @@ def complete_and_fit(data: Data, model: Model) -> tuple[Data, Solution]:
         for name, value in effect.values.items()
         if not effect.parameter(name).optional
     )
-    solutions: list[Array] = []
-    if known and model.stochastic:
-        data = complete(data, model, solutions=solutions)
-    solution = solve(data, model)
+    if start is None and known and model.stochastic:
+        data = complete(data, model, starts=())
+    solution = start or solve(data, model)
     # First complete by the model alone, then with the estimated level of each bin. If the levels were used from the
     # start, every first guess would confirm itself where regular gaps alias frequencies.
     for trusting in (True, False):
@@ -365,7 +372,8 @@ def complete_and_fit(data: Data, model: Model) -> tuple[Data, Solution]:
         for _ in range(MAX_ROUNDS):
             level = None if trusting else solution.level
             before = solution.spectrum if level is None else solution.spectrum * level
-            completed = complete(data, with_coefficients(solution.model, theta), level, solutions)
+            now = with_coefficients(solution.model, theta)
+            completed = complete(data, now, level, data.completions)
             if data.gain is not None:
                 loss = _max_logl_loss(completed.bins.count, data.power, completed.power)
                 if loss < MAX_SETTLED_DELTA_LOGL:

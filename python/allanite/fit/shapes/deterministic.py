@@ -6,9 +6,10 @@ the lowest ordinates, and lines only a window around their frequency.
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,8 +25,8 @@ if TYPE_CHECKING:
 
 #: Number of lowest ordinates in which slow functions are regressed. Chosen by judgment; not measured.
 LOWEST_ORDINATES = 8192
-#: Number of ordinates to each side of a line in which the line is regressed. Chosen by judgment; not measured.
-LINE_WINDOW = 512
+#: Number of ordinates to each side of a line in which the line is regressed. At most 0.3 % of its power lies beyond.
+LINE_WINDOW = 128
 #: Minimum eigenvalue of the normal equations, relative to the largest; below, regressors are linearly dependent.
 #: Chosen by judgment; not measured.
 MIN_RELATIVE_EIGENVALUE = 1e-12
@@ -33,21 +34,18 @@ MIN_RELATIVE_EIGENVALUE = 1e-12
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Design:
-    """Regressors of all deterministic effects at the ordinates that contain them.
+    """Regressors of known functions of time at the ordinates that contain them.
 
     Attributes
     ----------
     ordinates : ndarray of int64, shape (k,)
-        Indices j of the ordinates used.
+        Indices j of the ordinates used, ascending.
     matrix : ndarray, shape (k, p)
         Regressors at these ordinates.
-    parts : tuple of slice
-        Columns of `matrix` of each effect.
     """
 
     ordinates: NDArray[np.int64]
     matrix: Array
-    parts: tuple[slice, ...]
 
     __repr__ = brief
 
@@ -181,9 +179,13 @@ def design_of(
         if any(e.low for e in effects):
             parts.append(np.arange(1, min(data.n, LOWEST_ORDINATES), dtype=np.int64))
         at = parts[0] if len(parts) == 1 else np.unique(np.concatenate(parts))
-    blocks = [regressors_at(e, at, data) for e in effects]
-    ends = np.cumsum([0, *(block.shape[1] for block in blocks)]).tolist()
-    return Design(at, np.column_stack(blocks), tuple(map(slice, ends[:-1], ends[1:])))
+    return Design(at, np.column_stack([regressors_at(e, at, data) for e in effects]))
+
+
+def parts_of(designs: Sequence[Design]) -> list[slice]:
+    """List of the places of the columns of each design among those of all."""
+    ends = np.cumsum([0, *(design.matrix.shape[1] for design in designs)]).tolist()
+    return [slice(*pair) for pair in itertools.pairwise(ends)]
 
 
 def ordinates_of_line(effect: Deterministic, data: Data) -> NDArray[np.int64]:
@@ -244,19 +246,48 @@ def regress(matrix: Array, values: Array, variance: Array) -> Regression:
     `values` are cosine-transform coefficients. The gain, ΔlogL, is ½ bᵀA⁻¹b for the normal equations A x = b. Nearly
     dependent directions of A are omitted, as in a pseudo-inverse.
     """
+    at = np.arange(values.size, dtype=np.int64)
+    return regress_designs((Design(at, matrix),), at, values, variance)
+
+
+def regress_designs(
+    designs: Sequence[Design], at: NDArray[np.int64], values: Array, variance: Array
+) -> Regression:
+    """`Regression` of all `designs` together; a regressor counts as 0 at ordinates that its design does not contain.
+
+    `values` and `variance` are those of the ordinates `at`, ascending, which contain those of all designs. The columns
+    of the designs follow each other. The time grows with the number of designs, since most of them share few ordinates.
+    """
     root = 1.0 / np.sqrt(variance)
-    white = matrix * root[:, None]
-    norm = np.sqrt(np.einsum("kp,kp->p", white, white))
+    places = [np.searchsorted(at, design.ordinates) for design in designs]
+    white = [d.matrix * root[rows, None] for d, rows in zip(designs, places, strict=True)]
+    norms = [np.sqrt(np.einsum("kp,kp->p", w, w)) for w in white]
+    norm = np.concatenate([np.zeros(0), *norms])
     norm[norm == 0.0] = 1.0
-    unit = white / norm
-    normal = unit.T @ unit
+    parts = parts_of(designs)
+    units = [w / norm[part] for w, part in zip(white, parts, strict=True)]
+    target = values * root
+    scores = [u.T @ target[rows] for u, rows in zip(units, places, strict=True)]
+    score = np.concatenate([np.zeros(0), *scores])
+    normal = np.zeros((norm.size, norm.size))
+    pairs = []
+    for a, b in itertools.combinations_with_replacement(range(len(designs)), 2):
+        one: Any = slice(None)
+        other: Any = one
+        if a != b:
+            _, one, other = np.intersect1d(places[a], places[b], True, True)
+        pairs.append((a, b, units[a][one], units[b][other], places[a][one]))
+        normal[parts[a], parts[b]] = pairs[-1][2].T @ pairs[-1][3]
+        normal[parts[b], parts[a]] = normal[parts[a], parts[b]].T
     # Drop directions that other regressors already span.
     strength, axes = np.linalg.eigh(normal)
     own = strength > MIN_RELATIVE_EIGENVALUE * strength.max(initial=0.0)
     inverse = (axes[:, own] / strength[own]) @ axes[:, own].T
-    score = unit.T @ (values * root)
     solution = inverse @ score
-    leverage = np.einsum("kp,kp->k", unit @ inverse, unit)
+    leverage = np.zeros(at.size)
+    for a, b, left, right, rows in pairs:
+        share = np.einsum("kp,kp->k", left @ inverse[parts[a], parts[b]], right)
+        leverage[rows] += share if a == b else 2.0 * share
     return Regression(
         solution / norm, inverse / np.outer(norm, norm), leverage, 0.5 * float(score @ solution)
     )

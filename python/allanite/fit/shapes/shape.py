@@ -17,6 +17,7 @@ from allanite.fit.shapes.deterministic import (
     comb_window,
     design_of,
     ordinates_near,
+    ordinates_of_line,
     regress,
     residual_ordinates_at,
 )
@@ -180,7 +181,10 @@ def _optimized_line(
     multiples = [m for m, _, _ in effect.lines]
     j = comb_window(start, multiples, data, ORDINATES_BESIDE_LINE)
     left = residual_ordinates_at(known, j, data)
-    found = polish_line(start, j, left, noise, data, multiples)
+    # The frequency of a fitted line is known as well as that of its highest harmonic.
+    is_fitted = any(v is not None and v != 0.0 for v in effect.amplitudes())
+    error = 2.0 / max(multiples) if is_fitted else 2.0
+    found = polish_line(start, j, left, noise, data, multiples, error)
     found = effect.checked_limits.clipped("frequency", found)
     placed = effect.with_values(frequency=found)
     if effect.values["frequency"] is not None or effect.held:
@@ -204,12 +208,13 @@ def polish_line(
     noise: Noise,
     data: Data,
     multiples: Sequence[float] = (1,),
+    error: float = 2.0,
 ) -> float:
     """Frequency near `start`, Hz, at which a line with its harmonics has the largest ΔlogL.
 
-    The lines are fitted to the ordinates `values` with the indices j. The result differs from `start` by at most about 1/T,
-    with the duration T of the record. `start` is returned if ΔlogL rises by less than 1e-3. If there are more than 12
-    `multiples`, only 12 of them are used.
+    The lines are fitted to the ordinates `values` with the indices j. The result differs from `start` by at most about
+    `error` ordinates, that is `error`/2T with the duration T of the record. `start` is returned if ΔlogL rises by less
+    than 1e-3. If there are more than 12 `multiples`, only 12 of them are used.
     """
     if len(multiples) > MAX_OPTIMIZED_LINES:
         # For a pulse train, a few of its lines determine the frequency.
@@ -248,10 +253,15 @@ def polish_line(
 
     # The highest harmonic determines the step. The grid only selects the maximum, for which lines may be taken apart.
     fine = step / (8.0 * max(multiples))
-    grid = start + np.arange(-2.0 * step, 2.0 * step + 2.0 * fine, 4.0 * fine)
+    grid = start + np.arange(-error * step, error * step + 2.0 * fine, 4.0 * fine)
     inside = (grid > step) & (grid * max(multiples) < data.rate / 2.0 - step)
     tried = np.append(grid[inside], start)
     center = tried[[int(np.argmax(gains_apart(tried)))]]
+    if center[0] == start:
+        before, here, after = gains_apart(start + fine * np.array([-1.0, 0.0, 1.0]))
+        curvature = before + after - 2.0 * here
+        if curvature < 0.0 and (after - before) ** 2 < -8.0 * curvature * MIN_SHAPE_DELTA_LOGL:
+            return start  # the maximum of the parabola is not higher
     found, best = local_maximum(gain, center, np.array([fine]))
     is_better = best > gain(np.array([start])) + MIN_SHAPE_DELTA_LOGL
     return float(found[0]) if is_better else start
@@ -294,10 +304,8 @@ def _optimized_slow(
     from scipy.optimize import minimize_scalar
 
     j = np.arange(1, min(data.n, LOWEST_ORDINATES), dtype=np.int64)
-    design = design_of(others, data) if others else None
-    if design is not None:
-        j = np.concatenate([j, design.ordinates[design.ordinates >= LOWEST_ORDINATES]])
-        design = design if design.ordinates.size == j.size else design_of(others, data, j)
+    beside = tuple(e for e in others if e.low or ordinates_of_line(e, data)[0] <= j[-1])
+    design = design_of(beside, data, j) if beside else None
     root = 1.0 / np.sqrt(noise.variance(j))
     target, basis = data.ordinates[j] * root, np.zeros((j.size, 0))
     if design is not None:

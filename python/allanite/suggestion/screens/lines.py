@@ -97,7 +97,7 @@ def look(context: Context) -> tuple[Candidate, ...]:
     ratio[: 2 * MIN_PERIODS][~known[: 2 * MIN_PERIODS]] = 0.0
     ratio[-2:] = 0.0
     found: list[Candidate] = []
-    for k in range(MAX_LINES_REFITTED):
+    for _ in range(MAX_LINES_REFITTED):
         stop_if_unwanted()
         trim_memory(data.samples.size)
         top, above = _clearest_line(ratio, data)
@@ -108,9 +108,10 @@ def look(context: Context) -> tuple[Candidate, ...]:
         base: float
         multiples: Sequence[float]
         base, multiples = _fundamental_and_multiples(ratio, top, width)
-        places = _line_indices(ratio, data) if k == 0 else []
-        together = evenly_spaced(places) if len(multiples) == 1 else None
-        if together is None and len(places) > MAX_LINES_REFITTED:
+        places = _line_indices(ratio, data)
+        together = evenly_spaced(ratio, places, len(multiples))
+        is_comb = together is not None
+        if not is_comb and len(places) > MAX_LINES_REFITTED:
             # More lines than are refitted one by one, and most of their power is in no harmonics of one.
             harmonics = ratio[[round(m * base) for m in multiples]].sum()
             alone = harmonics < MAIN_SHARE * ratio[places].sum()
@@ -127,10 +128,11 @@ def look(context: Context) -> tuple[Candidate, ...]:
             _remove_line(ratio, place, reach)
         start = base * data.rate / (2.0 * data.n)
         for effect in _periodic_effects(start, multiples, solution, data):
-            candidate = _refitted(effect, start, solution, data, (width, surplus))
+            error = 2.0 if together is None else 2.0 / multiples[-1]
+            candidate = _refitted(effect, start, error, solution, data, (width, surplus))
             if candidate is not None:
                 found.append(candidate)
-        if together is not None and len(places) == MAX_EVENTS:
+        if together is not None and not is_comb and len(places) == MAX_EVENTS:
             break  # the next check finds the further lines together, too
     return tuple(found)
 
@@ -144,15 +146,22 @@ SCREEN = Screen(
 
 
 def _refitted(
-    effect: Deterministic, start: float, solution: Solution, data: Data, band: tuple[int, float]
+    effect: Deterministic,
+    start: float,
+    error: float,
+    solution: Solution,
+    data: Data,
+    band: tuple[int, float],
 ) -> Candidate | None:
     """`Candidate` of a line, or of a line with multiples, refitted near the frequency `start`, Hz; None if ΔlogL is ≤ 0.
 
+    `error` is the largest error of `start`, in ordinates.
     `band` is a pair: half-width in ordinates and ΔlogL of a narrow band of noise at the strongest line.
     """
     multiples = [m for m, _, _ in effect.lines]
     j = comb_window(start, multiples, data, ORDINATES_BESIDE_LINE)
-    frequency = polish_line(start, j, solution.ordinates[j], solution.noise(data), data, multiples)
+    left, noise = solution.ordinates[j], solution.noise(data)
+    frequency = polish_line(start, j, left, noise, data, multiples, error)
     model = solution.model + effect.with_values(frequency=frequency)
     refitted = solve(data, model, like=solution, polish=False, rounds=3)
     # The noise model is that of the refit, so that the line does not count as discrepancy.
@@ -218,46 +227,75 @@ def _line_indices(ratio: NDArray[np.float64], data: Data) -> list[int]:
     return found
 
 
-def evenly_spaced(places: list[int]) -> tuple[float, list[float]] | None:
-    """Pair (lowest, multiples) of evenly spaced lines among the indices `places`; or None.
+def evenly_spaced(
+    ratio: NDArray[np.float64], places: Sequence[int], harmonics: int = 1
+) -> tuple[float, list[float]] | None:
+    """Pair (lowest, multiples) of the evenly spaced lines of a periodogram that are most complete; or None.
 
-    `multiples` is the ascending list of these lines, divided by the lowest one. At least 5 lines must be evenly spaced,
-    and 60 % of the positions from the lowest to the highest must have a line. None otherwise, or if the lines are
-    harmonics of their spacing.
+    `ratio` is the periodogram divided by its expectation. The distances of any two of `places`, indices of its clearest
+    lines, are tried as spacing. `multiples` is the ascending list of the lines, divided by the lowest one. At least 5
+    lines, and more than `harmonics`, must stand out, at 60 % of the positions from the lowest to the highest. Most
+    complete means the largest number of lines minus 60 % of these positions. Harmonics of their spacing are not counted.
+    The frequencies are those of a straight line through the maxima of all lines.
     """
-    at = np.sort(np.array(places, dtype=np.float64))
-    best: tuple[int, float, float, NDArray[np.float64]] | None = None
-    for i in range(at.size):
-        for other in range(i + 1, at.size):
-            start, step = at[i], at[other] - at[i]
-            # Places are known to one half cycle; the spacing is known better the more lines are used.
-            for reach, tolerance in ((3, 3.0), (8, 2.0), (at.size * 2, 2.0)):
-                order = np.round((at - start) / step)
-                on = (np.abs(at - start - order * step) <= tolerance) & (np.abs(order) <= reach)
-                if on.sum() < 3:
-                    break
-                step, start = (float(v) for v in np.polyfit(order[on], at[on], 1))
-            else:
-                count, span = int(on.sum()), int(np.ptp(order[on])) + 1
-                enough = count >= MIN_SPACED_LINES and count >= MIN_COMB_FRACTION * span
-                if enough and (best is None or count > best[0]):
-                    best = count, start + order[on].min() * step, step, order[on] - order[on].min()
-    if best is None or abs(best[1] / best[2] - round(best[1] / best[2])) * best[2] <= 2.0:
-        return None
-    _, lowest, step, order = best
-    return lowest, [float(1.0 + k * step / lowest) for k in order]
+    best: tuple[float, float, list[float]] | None = None
+    for a, b in itertools.combinations(sorted(places), 2):
+        start, step, reach, peaks = float(a), float(b - a), 2, np.zeros(0)
+        # The spacing is known better the more lines are used.
+        while step > 2.0 * MAX_LINE_BAND_DISTANCE and reach * step < 2.0 * ratio.size:
+            reach *= 2
+            order, peaks = _teeth(ratio, start, step, reach)
+            if peaks.size < 3:
+                break
+            step, start = (float(v) for v in np.polyfit(order, peaks, 1))
+        if peaks.size < MIN_SPACED_LINES or abs(start / step - round(start / step)) * step <= 2.0:
+            continue
+        stands_out = np.zeros(int(np.ptp(order)) + 1)
+        stands_out[order - order[0]] = 1.0
+        total = np.append(0.0, np.cumsum(stands_out - MIN_COMB_FRACTION))
+        last = int(np.argmax(total - np.minimum.accumulate(total)))
+        first = int(np.argmin(total[: last + 1]))
+        inside = order[(order >= order[0] + first) & (order < order[0] + last)]
+        complete = float(total[last] - total[first])
+        if inside.size > max(harmonics, MIN_SPACED_LINES - 1) and (
+            best is None or complete > best[0]
+        ):
+            lines = start + inside * step
+            best = complete, float(lines[0]), [float(line / lines[0]) for line in lines]
+    return None if best is None else best[1:]
+
+
+def _teeth(
+    ratio: NDArray[np.float64], start: float, step: float, reach: int
+) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+    """Pair (order, maximum): lines of the comb `start` + order·`step` that stand out in a periodogram, order ≤ `reach`.
+
+    `ratio` is the periodogram divided by its expectation. A line stands out if its peak, at most two indices away, is
+    above 8 plus ln of the number of values searched for it.
+    """
+    order = np.arange(-reach, reach + 1)
+    center = np.round(start + order * step).astype(np.int64)
+    inside = (center >= 4) & (center < ratio.size - 4)
+    order, center = order[inside], center[inside]
+    near = ratio[center[:, None] + np.arange(-2, 3)]
+    there = near.max(axis=1) > MIN_DELTA_LOGL_OVER_SIMPLER + np.log(5.0)
+    return order[there], _maxima(ratio, (center + near.argmax(axis=1) - 2)[there])
 
 
 def _line_set(places: list[int], ratio: NDArray[np.float64]) -> tuple[float, list[float]]:
-    """Pair (lowest, multiples) of the lines at the indices `places`; `multiples` are ascending, divided by the lowest one.
+    """Pair (lowest, multiples) of the lines at the indices `places`; `multiples` are ascending, divided by the lowest."""
+    peaks = _maxima(ratio, np.sort(np.array(places)))
+    return float(peaks[0]), [float(peak / peaks[0]) for peak in peaks]
 
-    The maximum of each line is that of a parabola through the logarithm of three values of the periodogram `ratio`.
+
+def _maxima(ratio: NDArray[np.float64], at: NDArray[np.int64]) -> NDArray[np.float64]:
+    """Array of the places of the maxima of a periodogram near the indices `at`, shape of `at`.
+
+    A maximum is that of a parabola through the logarithm of three values of the periodogram `ratio`.
     """
-    at = np.sort(np.array(places))
     before, here, after = (np.log(np.maximum(ratio[at + d], 1e-3)) for d in (-1, 0, 1))
     shift = 0.5 * (before - after) / np.minimum(before - 2.0 * here + after, -1e-3)
-    peaks = at + np.clip(shift, -0.5, 0.5)
-    return float(peaks[0]), [float(peak / peaks[0]) for peak in peaks]
+    return np.asarray(at + np.clip(shift, -0.5, 0.5))
 
 
 def _remove_line(ratio: NDArray[np.float64], place: int, reach: int) -> None:
