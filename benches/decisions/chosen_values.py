@@ -48,6 +48,7 @@ def courses():
         ("WIDTH_RATIOS", BANDS.WIDTH_RATIOS),
         ("WIDTH_RATIOS", (1.0,)),
         ("WIDTH_RATIOS", (1.0, 0.25)),
+        ("STRAIGHT_PARTS", ()),
         ("STRAIGHT_PARTS", (1, 2)),
     ):
         kept = getattr(BANDS, name)

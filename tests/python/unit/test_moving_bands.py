@@ -1,6 +1,6 @@
 """A band whose frequency changes over the record is one effect; one that stays is a resonance."""
 
-from itertools import product
+from itertools import pairwise, product
 
 import numpy as np
 import pytest
@@ -13,7 +13,11 @@ import generators as g
 from allanite.axes.lines import common_lines
 from allanite.effects import segment_weights
 from allanite.effects.resonance import Resonance
-from allanite.suggestion.screens.drifting_bands import most_likely_polygon
+from allanite.suggestion.screens.drifting_bands import (
+    PLACES_PER_HALF_WIDTH,
+    most_likely_course,
+    most_likely_polygon,
+)
 
 RATE, LENGTH = 100.0, 200_000
 TIME = np.arange(LENGTH) / RATE
@@ -96,6 +100,24 @@ def test_a_band_of_any_width_anywhere_is_looked_for(frequency, damping):
     assert "drifting_resonance" not in [s.kind for s in check.significant]
 
 
+@given(st.integers(1, 4), st.integers(2, 4), st.integers(0, 2**32 - 1))
+def test_the_likeliest_course_is_the_best_of_all(sections, places, seed):
+    gains = 2.0 * np.random.default_rng(seed).standard_normal((sections, places))
+    step = 1.0 / (
+        1.0 + (np.subtract.outer(range(places), range(places)) / PLACES_PER_HALF_WIDTH) ** 2
+    )
+    told = np.log(step / step.sum(axis=1, keepdims=True))
+
+    def total(course):
+        of_steps = sum(told[a, b] for a, b in pairwise(course))
+        return sum(gains[k, f] for k, f in enumerate(course)) + of_steps - np.log(places)
+
+    course, risen = most_likely_course(gains)
+    best = max(map(total, product(range(places), repeat=sections)))
+    assert risen == pytest.approx(best)
+    assert total(course) == pytest.approx(best)
+
+
 @given(st.integers(1, 2), st.integers(1, 3), st.integers(2, 4), st.integers(0, 2**32 - 1))
 def test_the_likeliest_polygon_is_the_best_of_all(parts, size, places, seed):
     gains = 2.0 * np.random.default_rng(seed).standard_normal((parts * size, places))
@@ -110,12 +132,16 @@ def test_the_likeliest_polygon_is_the_best_of_all(parts, size, places, seed):
     assert course.shape == (parts * size,)
 
 
-def test_a_course_is_met_by_chance_as_seldom_as_said():
+@pytest.mark.parametrize(
+    "search", [most_likely_course, lambda gains: most_likely_polygon(gains, 4)]
+)
+def test_a_course_is_met_by_chance_as_seldom_as_said(search):
     """Ratios of normal densities of which the mean is 1: a sum of 2 in at most e⁻² of them, whatever the course is."""
     rng = np.random.default_rng(1)
     shift = 1.5
-    gains = (shift * rng.standard_normal((16, 20)) - 0.5 * shift**2 for _ in range(2000))
-    risen = np.array([most_likely_polygon(one, 4)[1] for one in gains])
+    risen = np.array(
+        [search(shift * rng.standard_normal((16, 20)) - 0.5 * shift**2)[1] for _ in range(2000)]
+    )
     for s in (1.0, 2.0, 4.0):
         # Three standard errors of a share of 2000.
         bound = np.exp(-s)

@@ -38,11 +38,15 @@ PLACES_PER_HALF_WIDTH = 4
 WIDTH_RATIOS = (1.0, 0.5, 0.25, 0.125, 0.0625)
 #: Tried powers of a steady band in a section, relative to its mean power: a band that is quiet has not moved.
 STRENGTHS = (0.0, 0.25, 0.5, 1.0, 2.0, 4.0)
-#: Tried numbers of straight parts of a course. With 1 and 2 parts 5 of these six bands are named, too.
+#: Tried numbers of straight parts of a course. Without straight parts 2 of these six bands are named, with 1 and 2 parts 5.
 STRAIGHT_PARTS = (1, 2, 4, 8)
-#: Number of searches for a course, which multiplies the p-value: numbers of straight parts × widths (and twice that of the
-#: fit) × reaches.
-SEARCHES = len(STRAIGHT_PARTS) * (len(WIDTH_RATIOS) + 2) * len(REACHES)
+#: Number of searches for a course, which multiplies the p-value: numbers of sections or straight parts × widths (and twice
+#: that of the fit) × reaches.
+SEARCHES = (
+    (1 + int(np.log2(MAX_BAND_SECTIONS / MIN_BAND_SECTIONS)) + len(STRAIGHT_PARTS))
+    * (len(WIDTH_RATIOS) + 2)
+    * len(REACHES)
+)
 
 
 def bands_that_may_move(solution: Solution, data: Data) -> list[Process]:
@@ -251,8 +255,8 @@ class _Sections:
         """Most likely course (`_Course`) of the center frequency of a band over time, for one width of the band; or None.
 
         The frequency stays between the two values `within`, Hz. The half-width of the band is `relative_width` times its
-        frequency, `theta` its squared coefficient; it takes the place of the effects `replaced`. A course is a
-        polygon. None if the range holds at most four tried frequencies,
+        frequency, `theta` its squared coefficient; it takes the place of the effects `replaced`. Two forms are compared:
+        a constant frequency in each time section, and a polygon. None if the range holds at most four tried frequencies,
         if the band is not possible at one of them, or if a section does not resolve neighboring tried frequencies.
         """
         step = relative_width * 0.5 * sum(within) / PLACES_PER_HALF_WIDTH
@@ -289,11 +293,20 @@ class _Sections:
         rows = np.stack(
             [log_likelihoods(other_power, band, theta) - known for band in bands], axis=1
         )
-        # Half of the places suffice for the corners: one is at most a quarter of a half-width away.
-        found = (most_likely_polygon(rows[:, ::2], parts) for parts in STRAIGHT_PARTS)
-        corners, risen = max(found, key=lambda one: one[1])
-        course = _thinned(places[0] + 2.0 * step * corners, _half_width(bands[0]))
-        return _Course(bands[0], course, risen, replaced)
+        best: _Course | None = None
+        for parts in STRAIGHT_PARTS:
+            # Half of the places suffice for the corners: one is at most a quarter of a half-width away.
+            corners, risen = most_likely_polygon(rows[:, ::2], parts)
+            if best is None or risen > best.risen:
+                course = _thinned(places[0] + 2.0 * step * corners, _half_width(bands[0]))
+                best = _Course(bands[0], course, risen, replaced)
+        while rows.shape[0] >= MIN_BAND_SECTIONS:
+            path, risen = most_likely_course(rows)
+            if best is None or risen > best.risen:
+                course = places[path] + step * _parabola_offset(rows, path)
+                best = _Course(bands[0], course, risen, replaced)
+            rows = rows[::2] + rows[1::2]
+        return best
 
     def _remaining_power(self, replaced: tuple[Effect, ...], cells: Cells) -> Array:
         """Array of the expected power in each frequency interval of `cells`, shape (cells,).
@@ -308,6 +321,30 @@ def _half_width(band: Stochastic) -> float:
     """Half-width of the frequency range of a band, Hz; 0 if the effect has no range."""
     low, high = band.occupies or (0.0, 0.0)
     return 0.5 * (high - low)
+
+
+def most_likely_course(gains: Array) -> tuple[NDArray[np.int64], float]:
+    """Pair: index of the most likely frequency in each time section, shape (sections,), and score of this course, nats.
+
+    `gains`, shape (sections, frequencies), are the ΔlogL of each frequency. The score is the sum of the gains along the
+    course plus ln of the prior probability of the course. The first frequency is uniform. A step of x half-widths has a
+    prior proportional to 1/(1 + x²). Without a movement, a score of s occurs with a probability of at most e⁻ˢ.
+    """
+    sections, places = gains.shape
+    steps = np.arange(places)
+    log_transition = -np.log1p(((steps[:, None] - steps) / PLACES_PER_HALF_WIDTH) ** 2)
+    log_transition -= np.log(np.exp(log_transition).sum(axis=1))[:, None]
+    score = gains[0] - np.log(places)
+    previous = np.zeros((sections, places), dtype=np.int64)
+    for k in range(1, sections):
+        scores_from = score[:, None] + log_transition
+        previous[k] = scores_from.argmax(axis=0)
+        score = scores_from.max(axis=0) + gains[k]
+    path = np.zeros(sections, dtype=np.int64)
+    path[-1] = score.argmax()
+    for k in range(sections - 1, 0, -1):
+        path[k - 1] = previous[k, path[k]]
+    return path, float(score.max())
 
 
 def most_likely_polygon(gains: Array, parts: int) -> tuple[Array, float]:
@@ -346,3 +383,16 @@ def _thinned(course: Array, half: float) -> Array:
             break
         course = fewer
     return course
+
+
+def _parabola_offset(gains: Array, path: NDArray[np.int64]) -> Array:
+    """Array of offsets, for each section, from the index in `path` to the maximum of a parabola through the gains.
+
+    An offset is at most ±½ step. It is 0 at the first and last index, and where the gains have no maximum.
+    """
+    at = path.clip(1, gains.shape[1] - 2)
+    row = np.arange(at.size)
+    low, mid, high = gains[row, at - 1], gains[row, at], gains[row, at + 1]
+    bent = low - 2.0 * mid + high
+    aside = 0.5 * (low - high) / np.where(bent < 0.0, bent, -np.inf)
+    return np.where(at == path, aside.clip(-0.5, 0.5), 0.0)
