@@ -80,6 +80,12 @@ def _promising(_: Any, found: Any) -> bool:
 
 #: Name of a move, veto or rule → (module, function, what replaces it, whether a call acted).
 SWITCHES: dict[str, tuple[str, str, Callable[..., Any], Callable[[Any, Any], bool]]] = {
+    "add: a second effect, if the first alone raises an error": (
+        STEPS,
+        "with_second_effect",
+        _none,
+        _some,
+    ),
     "add: of a line and a band at one frequency only one stays": (
         ADD,
         "is_same_feature",

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from allanite.common.threads import with_deadline
 from allanite.fit.likelihood.remembered import trim_memory
 from allanite.study.ladder import Study
-from allanite.study.steps import best_replacement, further_steps, step_and_suggestion
+from allanite.study.steps import best_replacement, further_steps, step_and_suggestions
 from allanite.study.story import story, tried_and_dropped
 from allanite.suggestion.constants import MAX_ADDED_EFFECTS
 
@@ -71,10 +71,10 @@ class Search:
             try:
                 with with_deadline(self.deadline, self.clock):
                     if stop is None:
-                        found, stop = step_and_suggestion(self.ladder, check), "nothing helps"
+                        found, stop = step_and_suggestions(self.ladder, check), "nothing helps"
                     elif stop != "within tolerance":
                         last = best_replacement(self.ladder)
-                        found = None if last is None else (last, None)
+                        found = None if last is None else (last, ())
             except TimeoutError:
                 stop = stop or "time"
             if found is None:

@@ -1,6 +1,6 @@
 """One step of the search: candidates by score, moves, judgement.
 
-The first significant suggestion that helps is added, without what it makes needless. If none
+The first significant suggestion that helps is added, with what it needs and without what it makes needless. If none
 helps, the replacement, split or merge that gains most follows.
 """
 
@@ -26,7 +26,7 @@ from allanite.study.judgement import (
     score_change,
 )
 from allanite.study.ladder import kinds_added_again, rung_of
-from allanite.study.moves.add import is_already_explained, with_addition
+from allanite.study.moves.add import is_already_explained, with_addition, with_second_effect
 from allanite.study.moves.drop import models_with_one_dropped, without_needless
 from allanite.study.moves.levels import must_merge_levels, with_merged_levels
 from allanite.study.moves.merge import (
@@ -54,30 +54,30 @@ if TYPE_CHECKING:
     from allanite.study.state import State
     from allanite.suggestion import Check, Suggestion
 
-    #: A step, and the suggestion that it adds; None for a replacement.
-    Found = tuple[Rung, Suggestion | None]
+    #: A step, and the suggestions that it adds.
+    Found = tuple[Rung, tuple[Suggestion, ...]]
 
 
 def next_step(ladder: Sequence[Rung], check: Check) -> Rung | None:
     """Next step (`Rung`) of `improve` after a check of the last fit; None if nothing helps."""
-    found = step_and_suggestion(ladder, check)
+    found = step_and_suggestions(ladder, check)
     return None if found is None else found[0]
 
 
-def step_and_suggestion(ladder: Sequence[Rung], check: Check) -> Found | None:
-    """Pair (`Rung`, suggestion): the next step after a check of the last fit, and what it adds; None if nothing helps.
+def step_and_suggestions(ladder: Sequence[Rung], check: Check) -> Found | None:
+    """Pair (`Rung`, suggestions): the next step after a check of the last fit, and what it adds; None if nothing helps.
 
-    The following are tried in this order: significant suggestions; a replacement of an effect, for which the suggestion
-    is None; suggestions that are not significant.
+    The following are tried in this order: significant suggestions; a replacement of an effect, for which the tuple of
+    suggestions is empty; suggestions that are not significant.
     """
     before = state_of(ladder)
     for suggestion in _candidates(check):
-        rung = _step_with(ladder, before, suggestion)
-        if rung is not None:
-            return rung, suggestion
+        found = _step_with(ladder, before, suggestion, check)
+        if found is not None:
+            return found
     rung = best_replacement(ladder)
     if rung is not None:
-        return rung, None
+        return rung, ()
     return _step_for_rejected_fit(ladder, before, check)
 
 
@@ -97,7 +97,7 @@ def _candidates(check: Check) -> list[Suggestion]:
 
 
 def _step_for_rejected_fit(ladder: Sequence[Rung], before: State, check: Check) -> Found | None:
-    """Pair (`Rung`, suggestion): step that makes an inadequate fit adequate with a suggestion that is not significant.
+    """Pair (`Rung`, suggestions): step that makes an inadequate fit adequate with a suggestion that is not significant.
 
     The suggestion must have a score above 3 nats. None if the fit is already adequate, or if no suggestion makes it so.
     """
@@ -107,9 +107,9 @@ def _step_for_rejected_fit(ladder: Sequence[Rung], before: State, check: Check) 
     for suggestion in check.suggestions:
         if suggestion.significant or suggestion.score <= MAX_RIVAL_LOG_EVIDENCE:
             continue
-        rung = _step_with(ladder, before, suggestion)
-        if rung is not None and rung.fit.adequate:
-            return rung, suggestion
+        found = _step_with(ladder, before, suggestion, check)
+        if found is not None and found[0].fit.adequate:
+            return found
     return None
 
 
@@ -175,12 +175,14 @@ def _without_undetected(before: State, after: State) -> State | None:
     return after.after(refitted(after.fit, others), absent)
 
 
-def further_steps(ladder: Sequence[Rung], check: Check, first: Suggestion | None) -> Iterator[Rung]:
+def further_steps(
+    ladder: Sequence[Rung], check: Check, added: Sequence[Suggestion]
+) -> Iterator[Rung]:
     """Iterator over further steps (`Rung`), each of which adds one more suggestion of the same check.
 
-    `first` is the suggestion that the last step added; nothing follows without it. A suggestion is skipped
+    `added` are the suggestions that the last step added. A suggestion is skipped
 
-    * if it comes before `first` in the order of trial: it was refused already,
+    * if it comes before the first of `added` in the order of trial: it was refused already,
     * if it explains the same misfit as an added suggestion, or as one with a higher score,
     * if the model fitted last already explains it,
     * if adding it removes an effect of the initial model,
@@ -189,11 +191,10 @@ def further_steps(ladder: Sequence[Rung], check: Check, first: Suggestion | None
 
     The iterator ends after a step that removes effects or excludes a segment.
     """
-    ladder, added, candidates = list(ladder), [first], _candidates(check)
-    if first not in candidates:
-        return
+    ladder, added, candidates = list(ladder), list(added), _candidates(check)
     unchanged = leaves_others_unchanged(check.fit, ladder[-1])
-    for suggestion in candidates[candidates.index(first) + 1 :]:
+    first = min((at for at, s in enumerate(candidates) if s in added), default=0)
+    for suggestion in candidates[first:]:
         before = ladder[-1]
         if before.removed or any(e.removes and e.when for e in before.new):
             return
@@ -201,7 +202,8 @@ def further_steps(ladder: Sequence[Rung], check: Check, first: Suggestion | None
         # The p-value of an event depends on the noise, which an addition may change.
         doubtful = suggestion.effect_happens_once and suggestion.log10_p > MAX_EVENT_LOG10_P
         if (
-            any(
+            suggestion in added
+            or any(
                 explain_same_misfit(s, suggestion)
                 for s in check.suggestions
                 if s in added or s.score > suggestion.score
@@ -210,9 +212,10 @@ def further_steps(ladder: Sequence[Rung], check: Check, first: Suggestion | None
             or ((elsewhere or doubtful) and not unchanged)
         ):
             continue
-        rung = _step_with(ladder, state_of(ladder), suggestion, is_first=False)
-        if rung is None or rung.dropped_start:
+        found = _step_with(ladder, state_of(ladder), suggestion, check, alone=True)
+        if found is None or found[0].dropped_start:
             continue
+        rung, _ = found
         seen = suggestion.delta_log_likelihood - suggestion.surplus
         left = delta_logl(before.fit, rung.fit)
         if not elsewhere and left < (1.0 - MAX_EXPLAINED_REMAINDER) * seen:
@@ -236,48 +239,54 @@ def _step_with(
     ladder: Sequence[Rung],
     before: State,
     suggestion: Suggestion,
-    is_first: bool = True,
-) -> Rung | None:
-    """Step (`Rung`) that adds `suggestion`; None if it does not help.
+    check: Check,
+    alone: bool = False,
+) -> Found | None:
+    """Pair (`Rung`, suggestions): step that adds `suggestion`, and all suggestions that it adds; None if it does not help.
 
     None as well in these cases:
 
     * An exclusion leaves too few samples, or the time of a new event is not known.
     * The suggestion is an event with p > 1e-4, and it makes the Allan error rise above its scatter.
+    * `alone` is True, and a second effect is needed.
     """
     try:
-        found = _merged_or_added(before, suggestion, is_first)
+        found = _merged_or_added(before, suggestion, check, alone)
     except TooShortError:
         return None  # the exclusion would leave too few samples
     if found is None:
         return None
-    added, risen = found
+    added, risen, suggestions = found
     after = _merged_and_dropped(ladder, before, added)
     if after is None or _is_unchanged(before.fit, after.fit):
         return None
     # The likelihoods of other samples, of levels and of moving bands are not comparable: the check compared them.
     risen += delta_logl(added.fit, after.fit)
-    rung = rung_of(before, after, suggestion.kind, risen, suggestion.trials)
+    first = suggestions[0]
+    rung = rung_of(before, after, first.kind, risen, first.trials)
     known = _new_times_are_known(before, after)
-    return rung if known and not is_doubtful_event(before.fit, rung.fit, suggestion) else None
+    doubtful = is_doubtful_event(before.fit, rung.fit, suggestion)
+    return (rung, suggestions) if known and not doubtful else None
 
 
 def _merged_or_added(
-    before: State, suggestion: Suggestion, is_first: bool
-) -> tuple[State, float] | None:
-    """Pair (`State`, ΔlogL) after `suggestion` is added; or None.
+    before: State, suggestion: Suggestion, check: Check, alone: bool
+) -> tuple[State, float, tuple[Suggestion, ...]] | None:
+    """Tuple (`State`, ΔlogL, suggestions) after `suggestion` is added, with a second effect if needed; or None.
 
-    A line near other lines is merged with them into a wandering band if possible; then nothing else is tested. Changes of
-    level are added whatever the errors are. Errors are the Allan error and the model discrepancy.
+    The suggestions are those added, the one to name first. A line near other lines is merged with them into a wandering
+    band if possible; then nothing else is tested. Changes of level are added whatever the errors are. Errors are the
+    Allan error and the model discrepancy.
 
     None if the effect cannot be added, or if the new model predicts worse (not tested for effects that happen once).
-    None as well if an error rises by more than its scatter. Unless the suggestion `is_first` after a check, also None if
-    the discrepancy rises at all, or if the effect excludes samples and the Allan error rises.
+    None as well if an error rises by more than its scatter and no second effect prevents it. With `alone`, no second
+    effect is searched; then also None if the discrepancy rises at all, or if the effect excludes samples and the Allan
+    error rises.
     """
     fit, effect = before.fit, suggestion.effect
     wandering = with_wandering_line(before, suggestion)
     if wandering is not None:
-        return wandering, delta_logl(fit, wandering.fit)
+        return wandering, delta_logl(fit, wandering.fit), (suggestion,)
     after = with_addition(before, suggestion)
     if after is None:
         return None
@@ -287,13 +296,22 @@ def _merged_or_added(
     if after.lost_since(before) and not suggestion.gives_way:
         risen = delta_logl(fit, after.fit) or risen
     if effect.passing:
-        return after, risen  # the Allan curve does not show when a sensor is loud
-    if not no_error_rises(fit, after.fit):
-        return None
+        return after, risen, (suggestion,)  # the Allan curve does not show when a sensor is loud
+    tolerable = no_error_rises(fit, after.fit)
+    # An effect that the excluded samples had hidden is added in the same step.
     hidden = effect.removes and allan_error_rises(fit, after.fit)
-    if not is_first and (hidden or discrepancy_rises(fit, after.fit)):
+    if tolerable and not hidden and not discrepancy_rises(fit, after.fit):
+        return after, risen, (suggestion,)
+    if alone:
         return None
-    return after, risen
+    pair = with_second_effect(before, after, check, tolerable)
+    if pair is None:
+        return (after, risen, (suggestion,)) if tolerable else None
+    both, second = pair
+    risen += second.delta_log_likelihood if second.gives_way else delta_logl(after.fit, both.fit)
+    # Excluded samples say nothing about the sensor, so an effect is named before them.
+    second_first = effect.removes or bool(both.lost_since(after))
+    return both, risen, (second, suggestion) if second_first else (suggestion, second)
 
 
 def _merged_and_dropped(ladder: Sequence[Rung], before: State, added: State) -> State | None:

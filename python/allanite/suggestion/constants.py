@@ -77,7 +77,8 @@ MIN_SCREEN_GAIN = 3.0
 #: Basis: derivation; e⁻⁸, a false-alarm probability of 3 in 10 000 for each line. Judgment for the other forms.
 #: Ablation: no change.
 MIN_DELTA_LOGL_OVER_SIMPLER = 8.0
-#: Unit: effects. Number of best plain forms of an effect from which a richer form is made.
+#: Unit: effects. Number of best plain forms of an effect from which a richer form is made. Also the number of second
+#: effects that are tried if the first one alone raises an error.
 #: Basis: judgment. Ablation: no change.
 MAX_FORMS_TRIED = 8
 #: Unit: designs. Best designs of a filter whose shapes are optimized.

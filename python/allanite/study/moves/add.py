@@ -1,4 +1,4 @@
-"""Add an effect that a check found missing, instead of the effects in its place."""
+"""Add an effect that a check found missing, instead of the effects in its place, with a second effect if needed."""
 
 from __future__ import annotations
 
@@ -7,14 +7,23 @@ from typing import TYPE_CHECKING
 from allanite.effects import Effect, Model
 from allanite.fit import refitted
 from allanite.fit.rivals.evidence import MAX_RIVAL_LOG_EVIDENCE
-from allanite.study.judgement import score_change
+from allanite.study.judgement import (
+    allan_error_rises,
+    discrepancy_rises,
+    no_error_rises,
+    predicts_as_well,
+    score_change,
+)
 from allanite.study.relations import is_same_feature, lies_mostly_within
 from allanite.study.state import places_lost
+from allanite.suggestion.constants import MAX_FORMS_TRIED
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from allanite.fit.result import Fit
     from allanite.study.state import State
-    from allanite.suggestion import Suggestion
+    from allanite.suggestion import Check, Suggestion
 
 
 def with_addition(before: State, addition: Effect | Suggestion) -> State | None:
@@ -46,6 +55,62 @@ def with_addition(before: State, addition: Effect | Suggestion) -> State | None:
     better = refitted(fit, Model((*effects[:place], *effects[place + 1 :], effect)))
     clearly = score_change(fit, better) > MAX_RIVAL_LOG_EVIDENCE
     return before.after(better, (place,)) if clearly else None
+
+
+def with_second_effect(
+    before: State, after: State, check: Check, tolerable: bool
+) -> tuple[State, Suggestion] | None:
+    """Pair: `State` with a second effect added to `after`, and the suggestion of this effect; None if no effect helps.
+
+    `after` is `before` plus a first effect. The second effect must leave no error above that of `before` beyond its
+    scatter. The significant suggestions of `check`, made for `before`, are tried first. If `tolerable` is True, the first
+    effect alone raises no error beyond its scatter. The score must then rise by more than 3 nats, and the discrepancy must
+    not exceed that of `before`. If `tolerable` is False and the Allan error still rises, the suggestions of a check of
+    `after` are tried as well, and the result with the lower Allan error is returned. These may also replace the first
+    effect.
+    """
+    new = after.fit.model.effects[-1].kind
+    first = _first_tolerable_pair(before, after, [s for s in check.significant if s.kind != new])
+    if tolerable:
+        if first is None or discrepancy_rises(before.fit, first[0].fit):
+            return None
+        return first if score_change(after.fit, first[0].fit) > MAX_RIVAL_LOG_EVIDENCE else None
+    if first is not None and not allan_error_rises(before.fit, first[0].fit):
+        return first
+    second = _first_tolerable_pair(before, after, after.fit.last_check.significant)
+    if first is None or (second and allan_error_rises(second[0].fit, first[0].fit)):
+        return second
+    return first
+
+
+def _first_tolerable_pair(
+    before: State, after: State, suggestions: Sequence[Suggestion]
+) -> tuple[State, Suggestion] | None:
+    """Pair: `State` with one of the `suggestions` added, and that suggestion; or None.
+
+    It is the first suggestion with which the Allan error does not rise, otherwise the first with which no error rises
+    beyond its scatter. Errors are compared with `before`; `after` lacks the suggestion. Only the first 8 suggestions are
+    tried. Skipped are effects that the model already explains and effects that predict unseen data worse.
+    """
+    tolerable: tuple[State, Suggestion] | None = None
+    for suggestion in suggestions[:MAX_FORMS_TRIED]:
+        if suggestion.gives_way:
+            lost = places_lost(after.fit.model, suggestion.found.model)
+            if lost != after.new_since(before):
+                continue
+        elif is_already_explained(suggestion, after.fit):
+            continue
+        else:
+            lost = ()
+        both = after.after(after.fit.add(suggestion), lost)
+        # The prediction takes most of the time and comes last.
+        if no_error_rises(before.fit, both.fit) and (
+            suggestion.effect_happens_once or predicts_as_well(after.fit, both.fit)
+        ):
+            if not allan_error_rises(before.fit, both.fit):
+                return both, suggestion
+            tolerable = tolerable or (both, suggestion)
+    return tolerable
 
 
 def is_already_explained(suggestion: Suggestion, fit: Fit) -> bool:
