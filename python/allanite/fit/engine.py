@@ -37,9 +37,9 @@ if TYPE_CHECKING:
     from allanite.fit.likelihood.data import Data
     from allanite.fit.likelihood.whittle import Maximum
 
-#: Maximum change of an amplitude, in standard errors, for which the residual is not recomputed. It costs ½·0.01² = 5e-5
-#: of logL.
-MAX_KEPT_CHANGE = 0.01
+#: Maximum change of an amplitude, in standard errors, for which the residual is not recomputed. It costs ½·0.045² = 1e-3
+#: of logL, the change at which a fit ends.
+MAX_KEPT_CHANGE = 0.045
 #: Regression of a model without functions of time.
 NO_REGRESSION = Regression(np.zeros(0), np.zeros((0, 0)), np.zeros(0), 0.0)
 
@@ -247,7 +247,7 @@ def _with_subtracted(
     """Pair: functions that are subtracted from the record now, and the residual ordinates, shape (n,).
 
     The current `functions` are subtracted instead of those in `removed`, which are already subtracted from `ordinates`.
-    A function keeps its old amplitudes if all its new amplitudes differ from them by at most 0.01 standard errors.
+    A function keeps its old amplitudes if all its new amplitudes differ from them by at most 0.045 standard errors.
     """
     scatter = np.sqrt(np.diag(functions.regression.covariance))
     before, changes, now = list(removed), [], []

@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.common.arrays import Array
-from allanite.effects import Deterministic, Model, Stochastic
-from allanite.fit.likelihood.expected import column_of, columns
+from allanite.effects import Deterministic, Model, Modifier, Stochastic
+from allanite.fit.likelihood.expected import column_of
 from allanite.fit.likelihood.whittle import Maximum, climb_many
 from allanite.fit.models import with_effect
 from allanite.fit.shapes.polish import polish
@@ -63,10 +63,12 @@ def scan_added_effect(
     matrices, starts = np.empty((len(points), bins, effects)), np.empty((len(points), effects))
     for point, matrix, start in zip(points, matrices, starts, strict=True):
         start[:known] = base.theta
-        if not isinstance(point, Stochastic):
-            matrix[:] = columns(model + point, part.data)
+        matrix[:, :known] = before.matrix
+        if isinstance(point, Modifier):
+            for place, effect in enumerate(model.stochastic):
+                if effect.white or point.whole is not None:
+                    matrix[:, place] = column_of(model + point, effect, part.data)
             continue
-        matrix[:, :-1] = before.matrix
         column = matrix[:, -1] = column_of(model, point, part.data)
         top = int(np.argmax(column / base.spectrum))
         size = max(float(smooth[top]), 0.03 * float(base.spectrum[top]))
