@@ -5,7 +5,9 @@ from __future__ import annotations
 import itertools
 from typing import TYPE_CHECKING
 
-from allanite.effects import Model
+import numpy as np
+
+from allanite.effects import Effect, Model
 from allanite.fit import refitted
 from allanite.fit.engine import solve
 from allanite.fit.rivals.evidence import evidence
@@ -15,9 +17,8 @@ from allanite.study.state import state_of
 from allanite.suggestion.exclusions_first import excludes_or_changes_level
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterator, Sequence
 
-    from allanite.effects import Effect
     from allanite.fit.result import Fit
 
 
@@ -34,12 +35,12 @@ def story(ladder: Sequence[Rung]) -> tuple[Rung, ...]:
         return tuple(ladder)
     last = ladder[-1].fit
     kept, new, leaving = _kept_new_and_leaving(ladder)
-    found = [ladder[0]]
+    found, gains = [ladder[0]], dict[Effect, float]()
     while new:
         before = found[-1].fit
         masks = [e for e in new if e.removes]
         tolerable: list[tuple[Effect, Fit, list[Effect]]] = []
-        for effect in masks[:1] or _sorted_by_delta_logl(before, kept, leaving, new):
+        for effect in masks[:1] or _by_delta_logl(before, [*kept, *leaving], new, gains):
             fit, dropped = last, leaving
             if masks and len(new) > 1:
                 # A process of the first model may stand for an event that is added after the exclusions.
@@ -92,20 +93,23 @@ def _kept_new_and_leaving(
     return kept, new, leaving
 
 
-def _sorted_by_delta_logl(
-    before: Fit, kept: list[Effect], leaving: list[Effect], new: list[Effect]
-) -> list[Effect]:
-    """List of the `new` effects, sorted by the logL of the model with this effect added, highest first.
+def _by_delta_logl(
+    before: Fit, others: list[Effect], new: list[Effect], gains: dict[Effect, float]
+) -> Iterator[Effect]:
+    """Iterator over the `new` effects, that with the highest ΔlogL beside the effects `others` first.
 
-    The model has the effects `kept` and `leaving` and one new effect. Shape values are not fitted again.
+    Shape values are not fitted again. `gains` holds the ΔlogL of each effect in an earlier step, and is updated. Only the
+    effect with the highest of them is evaluated again, because further effects seldom raise the ΔlogL of the others.
     """
-
-    def log_likelihood(effect: Effect) -> float:
-        """LogL, nats, of the model of the effects `kept` and `leaving` and of this additional `effect`."""
-        model = Model((*kept, *leaving, effect))
-        return solve(before.data, model, like=before.solution, polish=False).log_likelihood
-
-    return sorted(new, key=log_likelihood, reverse=True)
+    left, known = list(new), set[Effect]()
+    while left:
+        top = max(left, key=lambda effect: gains.get(effect, np.inf))
+        if top in known:
+            yield left.pop(left.index(top))
+        else:
+            found = solve(before.data, Model((*others, top)), like=before.solution, polish=False)
+            gains[top] = found.log_likelihood - before.solution.log_likelihood
+            known.add(top)
 
 
 def _fit_of_step(

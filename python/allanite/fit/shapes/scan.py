@@ -69,6 +69,7 @@ def scan_added_effect(
                 if effect.white or point.whole is not None:
                     matrix[:, place] = column_of(model + point, effect, part.data)
             continue
+        assert isinstance(point, Stochastic)
         column = matrix[:, -1] = column_of(model, point, part.data)
         top = int(np.argmax(column / base.spectrum))
         size = max(float(smooth[top]), 0.03 * float(base.spectrum[top]))
