@@ -87,6 +87,9 @@ MAX_DESIGNS_POLISHED = 3
 #: Unit: points. Grid points of a resonance or a notch from which the likelihood is maximized.
 #: Basis: judgment.
 MAX_NARROW_POINTS_CLIMBED = 60
+#: Unit: 1. Largest ratio of the shapes of another design of a filter to those of the present one.
+#: Basis: judgment.
+MAX_SHAPE_RATIO = 2.0
 
 # Lines and narrow bands.
 

@@ -19,6 +19,7 @@ from allanite.fit.engine import solve, with_coefficients
 from allanite.fit.likelihood.expected import column_of
 from allanite.fit.likelihood.peaks import MAX_MISSING_FRACTION, is_fitted_to_ordinates
 from allanite.fit.likelihood.random_part import RandomPart
+from allanite.fit.likelihood.whittle import climb_many
 from allanite.fit.rivals.line_trials import line_trials
 from allanite.fit.shapes.narrow import is_flat_near
 from allanite.fit.shapes.polish import polish
@@ -36,6 +37,7 @@ from allanite.suggestion.constants import (
     MAX_FORMS_TRIED,
     MAX_NARROW_POINTS_CLIMBED,
     MAX_REFIT_GAIN_RATIO,
+    MAX_SHAPE_RATIO,
     MIN_DELTA_LOGL_OVER_SIMPLER,
     MIN_SCORE_GAIN,
 )
@@ -47,6 +49,9 @@ if TYPE_CHECKING:
     from allanite.fit.likelihood.data import Data
     from allanite.fit.likelihood.whittle import Maximum
     from allanite.fit.solution import Solution
+
+#: Number of Fisher scoring steps in the scan over other designs of a filter.
+DESIGN_SCAN_STEPS = 5
 
 
 @lru_cache(maxsize=64)
@@ -265,6 +270,54 @@ def _with_richer_form(
     return found
 
 
+def _with_best_design(model: Model, best: Maximum, part: RandomPart) -> tuple[Model, Maximum]:
+    """Pair (model, maximum) with optimized shapes, and with other filter designs if the model has a discrepancy.
+
+    A simpler design is preferred if logL falls by at most `MAX_SIMPLER_LOSS` for each omitted parameter. The present
+    shapes and designs were fitted without the last effect, and may imitate it.
+    """
+    found = polish(model, free_shape_parameters(model), best, part, roughly=True)
+    if best.scale is None:
+        return found
+    for place, effect in enumerate(model.effects[:-1]):
+        choices = [p.name for p in effect.parameters if p.role == "choice"]
+        if not choices or effect.held or not effect.is_tried_in_spectrum():
+            continue
+        # Other designs are tried in plain form with shapes of their own; they may not need what the present one needs.
+        others = [
+            Model((*model.effects[:place], point, *model.effects[place + 1 :]))
+            for point in _grid_of(type(effect)(), part.data.n, part.data.rate)
+            if _has_similar_shapes(point, effect)
+        ]
+        if not others:
+            continue
+        columns = np.stack([part.linear(other).matrix for other in others])
+        starts = np.stack([best.theta] * len(others))
+        thetas, values, scales = climb_many(
+            part.power, part.count, columns, starts, best.scale, DESIGN_SCAN_STEPS
+        )
+        designs: dict[tuple[object, ...], int] = {}
+        for k in map(int, np.argsort(-values, kind="stable")):
+            designs.setdefault(tuple(others[k].effects[place].values[c] for c in choices), k)
+        for k in list(designs.values())[:MAX_DESIGNS_POLISHED]:
+            start = part.climb(part.linear(others[k]), thetas[k], scales[k])
+            tried = polish(others[k], free_shape_parameters(others[k]), start, part, roughly=True)
+            spared = sum(e.numbers for e in found[0]) - sum(e.numbers for e in tried[0])
+            if tried[1].log_likelihood > found[1].log_likelihood - MAX_SIMPLER_LOSS * spared:
+                found = tried
+    return found
+
+
+def _has_similar_shapes(point: Effect, effect: Effect) -> bool:
+    """True if each free shape value of `point` is between half and twice the value of `effect`."""
+    return all(
+        effect.values[name] / MAX_SHAPE_RATIO
+        < point.values[name]
+        < MAX_SHAPE_RATIO * effect.values[name]
+        for name in point.free_shapes
+    )
+
+
 def _refitted_candidate(
     points: list[Effect], base: Solution, part: RandomPart, arc: float
 ) -> Candidate | None:
@@ -288,7 +341,7 @@ def _refitted_candidate(
             key=lambda end: end[1].log_likelihood + MAX_SIMPLER_LOSS * (end[0] is model),
         )
     model, best = _with_richer_form(ends, model, best, part)
-    model, best = polish(model, free_shape_parameters(model), best, part, roughly=True)
+    model, best = _with_best_design(model, best, part)
     # Solve again so that steps and lines are refitted together with the new effect.
     model = with_coefficients(model, best.theta)
     solution = solve(part.data, model, start=best, like=base, rounds=3, polish=False)
