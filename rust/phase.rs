@@ -235,6 +235,7 @@ compiled_for_each_width! {
 }
 
 /// Exclusive running sum, on the given vector unit.
+#[cfg_attr(not(target_arch = "x86_64"), allow(unused_variables, reason = "only x86 has wider units"))]
 pub(crate) fn running_sum(values: &[f64], out: &mut [f64], width: Width) {
     #[cfg(target_arch = "x86_64")]
     if width.unit() == Unit::Avx512 {

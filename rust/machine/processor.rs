@@ -102,6 +102,7 @@ impl Width {
     }
 
     /// True if the unit includes AVX2 and FMA.
+    #[cfg_attr(not(target_arch = "x86_64"), allow(dead_code, reason = "only x86 has wider units"))]
     pub(crate) fn is_wide(self) -> bool {
         self != Self::portable()
     }
