@@ -94,3 +94,12 @@ def test_a_line_that_raises_no_ordinate_clearly_is_found(seed):
     check = al.fit_model(al.Recording(samples, rate=rate), "N").check()
     assert [s.kind for s in check.significant] == ["drifting_line"]
     assert float(check.significant[0].effect.drift) == pytest.approx(0.01, rel=0.01)
+
+
+def test_a_search_of_a_random_walk_keeps_lines_above_zero():
+    """The screen of lines once proposed a negative frequency, the mirror image of a line below the first ordinate."""
+    rng = np.random.default_rng([15, 77])
+    noise = 0.1 * rng.standard_normal(100_000)
+    samples = noise + rng.uniform(0.7, 1.6) * 4e-5 * np.cumsum(rng.standard_normal(100_000))
+    study = al.improve(al.Recording(samples, 100.0, unit="deg/s"), "N")
+    assert {effect.kind for effect in study.fit.model} == {"angle_random_walk", "rate_random_walk"}

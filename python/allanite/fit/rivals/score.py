@@ -20,13 +20,14 @@ def prior(effect: Effect) -> float:
     """Part of a model's score for one effect, nats: from its kind, and the width of a band, but not from the record.
 
     It is +3 for a common cause, 0 for others, and −3 per coefficient if the effect names no cause. Common causes are
-    the standard coefficients (Q, N, B, K, R) and functions of a logged column. Power laws, bands too wide for a mode of
-    a structure, and extended forms of slow functions name no cause. ±3 nats are odds of 20 : 1.
+    the standard coefficients (Q, N, B, K, R), Gauss-Markov processes and functions of a logged column. Power laws, bands
+    too wide for a mode of a structure, and extended forms of slow functions name no cause. ±3 nats are odds of 20 : 1.
     """
     known = effect if isinstance(effect, Deterministic) else None
     if effect.last_resort or is_broad(effect) or (known and known.refined):
         return -MAX_RIVAL_LOG_EVIDENCE * sum(p.role == "coefficient" for p in effect.parameters)
-    usual = effect.standard is not None or (known and known.follows is not None)
+    slow = isinstance(effect, Stochastic) and effect.wanders
+    usual = slow or effect.standard is not None or (known and known.follows is not None)
     return MAX_RIVAL_LOG_EVIDENCE if usual else 0.0
 
 

@@ -254,7 +254,8 @@ def polish_line(
     # The highest harmonic determines the step. The grid only selects the maximum, for which lines may be taken apart.
     fine = step / (8.0 * max(multiples))
     grid = start + np.arange(-error * step, error * step + 2.0 * fine, 4.0 * fine)
-    inside = (grid > step) & (grid * max(multiples) < data.rate / 2.0 - step)
+    highest = (data.rate / 2.0 - step) / max(multiples)
+    inside = (grid > step) & (grid < highest)
     tried = np.append(grid[inside], start)
     center = tried[[int(np.argmax(gains_apart(tried)))]]
     if center[0] == start:
@@ -263,7 +264,9 @@ def polish_line(
         if curvature < 0.0 and (after - before) ** 2 < -8.0 * curvature * MIN_SHAPE_DELTA_LOGL:
             return start  # the maximum of the parabola is not higher
     found, best = local_maximum(gain, center, np.array([fine]))
-    is_better = best > gain(np.array([start])) + MIN_SHAPE_DELTA_LOGL
+    # A line below the first ordinate has a mirror image at its negative frequency.
+    is_inside = step < found[0] < highest
+    is_better = is_inside and best > gain(np.array([start])) + MIN_SHAPE_DELTA_LOGL
     return float(found[0]) if is_better else start
 
 

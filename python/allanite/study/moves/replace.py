@@ -46,22 +46,21 @@ def _expected_gain(fit: Fit, lead: float, model: Model) -> float:
 def models_with_split(fit: Fit) -> Iterator[tuple[float, tuple[int, ...], Model]]:
     """Iterator over (expected gain, indices, model): models in which two effects replace one.
 
-    The gain is the rise of log evidence minus the prior of the replaced effect, nats. The rise is that of the refit if it
-    is above 3 nats, otherwise that of shapes from a grid. The tuple has the index of the replaced effect. Only detected
-    effects are replaced. The new effects are the last of the model.
+    The gain is the rise of log evidence of the refit, plus the smaller prior of the two effects, minus the prior of the
+    replaced effect, nats. The tuple has the index of the replaced effect. Only detected effects are replaced. The new
+    effects are the last of the model.
     """
     for place, out in enumerate(fit.model.effects):
         if not is_detected(fit, place):
             continue
-        # A lead above 3 nats always gives more than 0.5.
-        price = min(prior(out), MAX_RIVAL_LOG_EVIDENCE - MIN_SCORE_GAIN)
         for pair in fit.alternative_pairs(place):
             if all(may_take_the_place(effect, out) for effect in pair.model.effects[-2:]):
+                rarer = min(prior(effect) for effect in pair.model.effects[-2:])
+                # A lead above 3 nats always gives more than 0.5.
+                price = min(prior(out) - rarer, MAX_RIVAL_LOG_EVIDENCE - MIN_SCORE_GAIN)
                 found = fit.solution_with(pair, place)
                 lead = evidence_gain(found, fit.solution, fit.data)
-                # One effect becomes two because of fitted shapes only if the record tells the two models apart.
-                clear = lead > MAX_RIVAL_LOG_EVIDENCE
-                yield (lead if clear else pair.evidence) - price, (place,), found.model
+                yield lead - price, (place,), found.model
 
 
 def may_take_the_place(effect: Effect, out: Effect) -> bool:
