@@ -69,8 +69,8 @@ def deviations(text: str) -> str:
     """`deviation/__init__.py` with the name of each estimator."""
     for name in ESTIMATORS:
         if f'    "{name}",\n' not in text:
-            text = text.replace("estimators import (\n", f"estimators import (\n    {name},\n")
-            text = text.replace("__all__ = [\n", f'__all__ = [\n    "{name}",\n')
+            text = _with_entry(text, "estimators import (\n", f"    {name},\n")
+            text = _with_entry(text, "__all__ = [\n", f'    "{name}",\n')
     return text
 
 
@@ -88,9 +88,30 @@ def _with_import(text: str, line: str) -> str:
         return text
     lines = text.splitlines(keepends=True)
     imports = [i for i, one in enumerate(lines) if one.startswith("from allanite.")]
-    later = [i for i in imports if lines[i].lower() > line.lower()]
+    later = [i for i in imports if _import_order(lines[i]) > _import_order(line)]
     at = later[0] if later else imports[-1] + 1
     return "".join([*lines[:at], line, *lines[at:]])
+
+
+def _with_entry(text: str, opening: str, entry: str) -> str:
+    """`text` with one more entry, sorted, in the list that begins with `opening` and has an entry on each line."""
+    head, rest = text.split(opening)
+    lines = rest.splitlines(keepends=True)
+    end = next(i for i, one in enumerate(lines) if not one.startswith(" "))
+    lines[:end] = sorted([*lines[:end], entry], key=_name_order)
+    return head + opening + "".join(lines)
+
+
+def _import_order(line: str) -> tuple[str, tuple[int, str]]:
+    """Key by which ruff sorts lines ``from module import name as name``: the module, then the name."""
+    _, module, _, name, *_ = line.split()
+    return module, _name_order(name)
+
+
+def _name_order(entry: str) -> tuple[int, str]:
+    """Key by which ruff sorts names: constants, then classes, then others, each without regard to case."""
+    name = entry.strip(' ",\n')
+    return (0 if name.isupper() else 1 if name[0].isupper() else 2), name.lower()
 
 
 def lists() -> dict[Path, str]:

@@ -4,7 +4,11 @@ from __future__ import annotations
 
 import importlib
 import re
+import subprocess
+import sys
 from pathlib import Path
+
+import pytest
 
 import allanite as al
 from allanite.deviation import ESTIMATORS
@@ -36,6 +40,33 @@ def test_every_effect_and_deviation_is_in_the_lists(monkeypatch):
     old = [str(p) for p, text in make_lists.lists().items() if p.read_text("utf-8") != text]
     assert not old, f"run python docs/make_lists.py: {old}"
     assert set(make_lists.effects()) <= set(al.CATALOG)
+
+
+def test_new_effects_and_deviations_are_sorted_into_the_lists(monkeypatch):
+    pytest.importorskip("ruff")
+    monkeypatch.syspath_prepend(ROOT / "docs")
+    import make_lists
+
+    new = [
+        type(name, (), {"kind": module, "short": "NEW", "parameters": ()})
+        for module, name in (("zigzag", "Zigzag"), ("aging", "Aging"), ("zigzag", "Ascent"))
+    ]
+    for cls in new:
+        cls.__module__ = f"allanite.effects.{cls.kind}"
+    effects = [*make_lists.effects(), *new]
+    monkeypatch.setattr(make_lists, "effects", lambda: effects)
+    deviations = dict.fromkeys((*ESTIMATORS, "zdev", "aadev", "newdev"))
+    monkeypatch.setattr(make_lists, "ESTIMATORS", deviations)
+    texts = make_lists.lists()
+    assert "\n| `zigzag` | NEW |" in texts.pop(make_lists.CONTRACT)
+    for path, listed in texts.items():
+        assert "Zigzag" in listed or "zdev" in listed
+        for command in (("check",), ("format", "--check")):
+            ruff = [sys.executable, "-m", "ruff", *command, "--stdin-filename", path, "-"]
+            done = subprocess.run(
+                ruff, input=listed, cwd=ROOT, capture_output=True, encoding="utf-8", check=False
+            )
+            assert done.returncode == 0, done.stdout
 
 
 def test_every_reader_declares_a_format():
