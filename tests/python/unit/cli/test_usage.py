@@ -29,6 +29,13 @@ def test_version(run):
     assert out.startswith("allanite ")
 
 
+def test_python_m_runs_the_command(run):
+    for arguments in (["--version"], ["fit"]):
+        python = [sys.executable, "-m", "allanite", *arguments]
+        done = subprocess.run(python, capture_output=True, text=True, check=False)
+        assert (done.returncode, done.stdout, done.stderr) == run(*arguments)
+
+
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
