@@ -18,10 +18,10 @@ from allanite.cli.pipe import (
     shown_path,
 )
 from allanite.cli.words import words_of
+from allanite.common.choices import CLOCK_START, QUANTITIES, SENSOR_START
 from allanite.common.errors import InputError, TooShortError, about
 from allanite.common.printing import REQUESTED_UNITS, sample_unit
 from allanite.common.read_options import ReadOptions
-from allanite.common.starts import CLOCK_START, SENSOR_START
 from allanite.common.units import units_by_kind
 from allanite.common.validation import SEEDS
 
@@ -247,7 +247,7 @@ _LOG_OPTIONS = (
     ),
     click.option(
         "--quantity",
-        type=click.Choice(["rate", "increment", "angle"]),
+        type=click.Choice(QUANTITIES),
         help="Meaning of the samples: rate (default), increment (its integral over one sample) or angle (its integral"
         " from the start; also velocity or clock phase). A unit of s, ms, us or ns implies angle. The unit may be that of"
         " the samples (deg, rad, m/s) or that of the rate: deg and deg/s then mean the same.",

@@ -9,6 +9,7 @@ from os import PathLike, fspath
 import numpy as np
 
 from allanite.common.arrays import Array
+from allanite.common.choices import QUANTITIES
 from allanite.common.errors import InputError
 
 #: Largest seed: the generator takes 64 bits.
@@ -62,6 +63,18 @@ def positive_rate(rate: object) -> float:
             f"the rate must be from {1 / MAX_RATE:g} to {MAX_RATE:g} Hz, found {number:g}"
         )
     return number
+
+
+def require_quantity(quantity: object) -> None:
+    """Raise `InputError` if samples cannot be this quantity.
+
+    Raises
+    ------
+    InputError
+        The quantity is neither ``"rate"`` nor ``"increment"`` nor ``"angle"``.
+    """
+    if quantity not in QUANTITIES:
+        raise InputError(f"unknown quantity {quantity!r}: one of {', '.join(QUANTITIES)}")
 
 
 def require_recording(given: object) -> None:

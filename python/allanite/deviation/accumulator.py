@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from allanite import _kernels
+from allanite.common.choices import QUANTITIES
 from allanite.common.errors import InputError, TooShortError
 from allanite.common.former import Former
 from allanite.common.validation import positive_rate
-from allanite.deviation.averaging import QUANTITIES, one_column
+from allanite.deviation.averaging import one_column
 from allanite.deviation.confidence import degrees_of_freedom
 from allanite.deviation.gaps import gap_notes
 from allanite.deviation.result import Deviation

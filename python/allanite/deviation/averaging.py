@@ -9,7 +9,7 @@ import numpy as np
 
 from allanite import _kernels
 from allanite.common.errors import InputError, TooShortError
-from allanite.common.validation import positive_rate
+from allanite.common.validation import positive_rate, require_quantity
 from allanite.recording.samples import stamps_of_index
 
 if TYPE_CHECKING:
@@ -19,9 +19,6 @@ if TYPE_CHECKING:
 
 #: Averaging times as a keyword, a number per decade, or seconds.
 Taus: TypeAlias = "str | int | Sequence[float] | NDArray[np.float64]"
-
-#: Quantities that samples may be.
-QUANTITIES = ("rate", "increment", "angle")
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,8 +69,7 @@ def samples_of(x: object, rate: float, quantity: str) -> Samples:
         log: Any = x
         rate, quantity, unit = log.rate, log.quantity, log.unit
         x = log.samples
-    if quantity not in QUANTITIES:
-        raise InputError(f"unknown quantity {quantity!r}: one of {', '.join(QUANTITIES)}")
+    require_quantity(quantity)
     rate = positive_rate(rate)
     array = one_column(x)
     if array.size < 3:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from allanite.common.choices import METHODS
 from allanite.common.errors import InputError
 from allanite.common.several import results_by_column, results_with_warning
 from allanite.common.validation import require_recording
@@ -27,7 +28,6 @@ if TYPE_CHECKING:
     from allanite.fit.several.columns import Fits
 
 __all__ = [
-    "METHODS",
     "Error",
     "Fit",
     "Misfit",
@@ -36,9 +36,6 @@ __all__ = [
     "fit_model",
     "refitted",
 ]
-
-#: Names of the methods of `fit_model`.
-METHODS = ("whittle", "gls", "lines")
 
 
 def fit_model(

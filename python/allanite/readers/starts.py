@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from allanite.common.starts import CLOCK_START, SENSOR_START
+from allanite.common.choices import CLOCK_START, SENSOR_START
 from allanite.common.units import FREQUENCY
 from allanite.recording import Recording
 from allanite.recording.sensor_names import kind_of_sensor

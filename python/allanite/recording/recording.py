@@ -16,7 +16,7 @@ from allanite.common.arrays import Array
 from allanite.common.errors import InputError, about
 from allanite.common.former import Former
 from allanite.common.units import rate_unit
-from allanite.common.validation import positive_rate, sample_index
+from allanite.common.validation import positive_rate, require_quantity, sample_index
 from allanite.recording import samples as arrays
 from allanite.recording.findings import Finding, stamp_findings
 from allanite.recording.record import Record
@@ -38,8 +38,6 @@ if TYPE_CHECKING:
     from allanite.recording.motion import Motion
     from allanite.spectrum import Spectrum
 
-#: Quantities that samples may be.
-QUANTITIES = ("rate", "increment", "angle")
 #: Fields that are computed from the others at the first access.
 COMPUTED = ("_audit", "_measured", "_motion")
 
@@ -143,8 +141,7 @@ class Recording(Record):
         piece: int | None = None,
     ) -> None:
         with about(path):
-            if quantity not in QUANTITIES:
-                raise InputError(f"unknown quantity {quantity!r}: one of {', '.join(QUANTITIES)}")
+            require_quantity(quantity)
             if hasattr(samples, "magnitude") and hasattr(samples, "units"):  # a pint quantity
                 samples, unit = arrays.from_pint(samples, unit)
             if columns is None and hasattr(samples, "columns"):  # a pandas or polars frame

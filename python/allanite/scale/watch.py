@@ -21,9 +21,8 @@ import numpy as np
 from allanite.common.documents import fields_dict, invalid_as_input_error, json_of
 from allanite.common.errors import InputError, about
 from allanite.common.files import whole_file
-from allanite.common.validation import positive_rate
+from allanite.common.validation import positive_rate, require_quantity
 from allanite.effects import as_model
-from allanite.recording.recording import QUANTITIES
 from allanite.scale.bets import Bets
 from allanite.summary import Summary
 from allanite.summary.stream_segment import StreamSegment
@@ -151,8 +150,7 @@ class Watch:
         quantity: str = "rate",
     ) -> None:
         model = as_model(model)
-        if quantity not in QUANTITIES:
-            raise InputError(f"unknown quantity {quantity!r}: one of {', '.join(QUANTITIES)}")
+        require_quantity(quantity)
         self.quantity = quantity
         #: Last angle; the next angle minus this one, times the rate, is the next sample.
         self._angle: float | None = None

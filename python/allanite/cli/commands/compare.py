@@ -18,9 +18,9 @@ from allanite.cli.options import (
     plot_option,
     read_columns,
 )
+from allanite.common.choices import SENSOR_START
 from allanite.common.errors import InputError
 from allanite.common.files import exists, is_file
-from allanite.common.starts import SENSOR_START
 from allanite.common.units import parse_unit
 
 #: Suffixes of model files and data sheets, which are never logs, and of items that are logs even if the file is missing.

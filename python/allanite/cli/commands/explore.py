@@ -6,6 +6,7 @@ from pathlib import Path
 
 import click
 
+from allanite.common.choices import QUANTITIES
 from allanite.common.errors import InputError
 from allanite.common.read_options import ReadOptions
 
@@ -25,7 +26,7 @@ from allanite.common.read_options import ReadOptions
 )
 @click.option(
     "--quantity",
-    type=click.Choice(["rate", "increment", "angle"]),
+    type=click.Choice(QUANTITIES),
     help="Meaning of the samples: rate (default), increment (its integral over one sample) or angle (its integral from"
     " the start; also velocity or clock phase).",
 )

@@ -14,6 +14,7 @@ from allanite.cli.options import (
     plot_option,
     read_columns,
 )
+from allanite.common.choices import METHODS
 
 
 @click.command(
@@ -25,7 +26,7 @@ from allanite.cli.options import (
 @model_option
 @click.option(
     "--method",
-    type=click.Choice(["whittle", "gls", "lines"]),
+    type=click.Choice(METHODS),
     default="whittle",
     show_default=True,
     help="Estimator. whittle: likelihood of the spectrum, recommended; gls: generalized least squares on the Allan curve,"

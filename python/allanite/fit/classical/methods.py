@@ -27,12 +27,8 @@ if TYPE_CHECKING:
     from allanite.fit.result import Fit
     from allanite.plots.spec import Figure
 
-#: Name of each method in tables, by the name of the option --method.
-METHOD_NAMES = {
-    "whittle": "spectrum (whittle)",
-    "gls": "Allan curve (gls)",
-    "lines": "straight lines (lines)",
-}
+#: Name of each method at the head of its column, in the order of `METHODS`.
+METHOD_NAMES = ("spectrum (whittle)", "Allan curve (gls)", "straight lines (lines)")
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,7 +93,7 @@ class MethodTable:
         return self.fit.plot(path)
 
     def __str__(self) -> str:
-        table = [("", "", *METHOD_NAMES.values(), "lines read at")]
+        table = [("", "", *METHOD_NAMES, "lines read at")]
         for row in self.rows:
             line, unit = row.line, _in_table_unit(row.name, Estimate(1.0, unit=row.unit)).unit
             read, where = "–" if line is None else "not valid", ""

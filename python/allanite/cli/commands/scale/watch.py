@@ -13,6 +13,7 @@ from allanite.cli.first_rows import WatchedColumn, watched_column
 from allanite.cli.live_source import Stop, is_file_source, samples_of_source
 from allanite.cli.models import models_of
 from allanite.cli.pipe import shown_path
+from allanite.common.choices import QUANTITIES
 from allanite.common.errors import InputError, about
 from allanite.common.files import check_target, exists, write_text
 from allanite.common.plain import plain
@@ -41,7 +42,7 @@ if TYPE_CHECKING:
 )
 @click.option(
     "--quantity",
-    type=click.Choice(["rate", "increment", "angle"]),
+    type=click.Choice(QUANTITIES),
     default="rate",
     show_default=True,
     help="Meaning of the samples: rate, increment (its integral over one sample) or angle (its integral from the start;"
