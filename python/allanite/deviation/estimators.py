@@ -14,7 +14,7 @@ from allanite.deviation import bias
 from allanite.deviation.averaging import Taus, samples_of
 from allanite.deviation.columns import deviations_by_column
 from allanite.deviation.estimation import estimate
-from allanite.deviation.table import ESTIMATORS, Estimator
+from allanite.deviation.table import ESTIMATORS, Entry, Estimator
 from allanite.recording import Recording
 
 if TYPE_CHECKING:
@@ -22,6 +22,10 @@ if TYPE_CHECKING:
 
     from allanite.deviation.result import Deviation
 
+#: When to use an estimator, of several estimators that share a line of the help.
+OTHER_TOTALS = Entry(80, "the same for mdev, tdev and hdev")
+NO_OVERLAP = Entry(100, "without overlap; to compare with results of this kind")
+INTERVAL_ERROR = "maximum and rms time interval error; no intervals"
 #: Docstring of the functions.
 TEXT = """{title}: {source}.
 
@@ -235,6 +239,10 @@ oadev = _uncorrected_estimator(
     name="oadev",
     title="overlapping Allan deviation",
     source="NIST SP 1065 eq. 11",
+    use=Entry(10, "overlapping Allan deviation; for sensors and clocks"),
+    choice=Entry(10, "Overlapping Allan"),
+    symbol="σ_y(τ)",
+    allan=True,
     kernel=partial(_allan_of_samples, _kernels.overlapping_allan),
     most=lambda points: (points - 1) // 2,
     terms=lambda m, points: points - 2 * m,
@@ -246,6 +254,10 @@ adev = _uncorrected_estimator(
     name="adev",
     title="Allan deviation",
     source="NIST SP 1065 eq. 9",
+    use=NO_OVERLAP,
+    choice=Entry(20, "Allan (non-overlapping)"),
+    symbol="σ_y(τ)",
+    allan=True,
     kernel=partial(_allan_of_samples, _kernels.adjacent_allan),
     most=lambda points: (points - 1) // 2,
     terms=lambda m, points: -((2 * m - points) // m),
@@ -257,6 +269,9 @@ mdev = _uncorrected_estimator(
     name="mdev",
     title="modified Allan deviation",
     source="NIST SP 1065 eq. 14",
+    use=Entry(20, "modified Allan deviation; separates white PM from flicker PM"),
+    choice=Entry(30, "Modified Allan"),
+    symbol="Mod σ_y(τ)",
     most=lambda points: points // 3,
     terms=lambda m, points: points - 3 * m + 1,
     edf=bias.modified_edf,
@@ -267,6 +282,9 @@ hdev = _uncorrected_estimator(
     name="hdev",
     title="Hadamard deviation",
     source="NIST SP 1065 eq. 18",
+    use=NO_OVERLAP,
+    choice=Entry(60, "Hadamard"),
+    symbol="Hadamard σ_y(τ)",
     most=lambda points: (points - 1) // 3,
     terms=lambda m, points: -((3 * m - points) // m),
     edf=lambda alpha, m, count, points: bias.hadamard_edf(alpha, m, count, points, stride=m),
@@ -277,6 +295,9 @@ ohdev = _uncorrected_estimator(
     name="ohdev",
     title="overlapping Hadamard deviation",
     source="NIST SP 1065 eq. 20",
+    use=Entry(50, "overlapping Hadamard deviation; ignores a linear drift"),
+    choice=Entry(50, "Overlapping Hadamard"),
+    symbol="Hadamard σ_y(τ)",
     most=lambda points: (points - 1) // 3,
     terms=lambda m, points: points - 3 * m,
     edf=bias.hadamard_edf,
@@ -287,6 +308,9 @@ tdev = _uncorrected_estimator(
     name="tdev",
     title="time deviation",
     source="NIST SP 1065 eq. 16",
+    use=Entry(30, "time deviation, for the time error of clocks and masks"),
+    choice=Entry(40, "Time (TDEV)"),
+    symbol="σ_x(τ)",
     kernel=_family_kernel("mdev"),
     most=lambda points: points // 3,
     terms=lambda m, points: points - 3 * m + 1,
@@ -300,6 +324,9 @@ totdev = _corrected_estimator(
     name="totdev",
     title="total deviation",
     source="NIST SP 1065 eq. 25",
+    use=Entry(70, "total deviation; long τ of a short log"),
+    choice=Entry(70, "Total"),
+    symbol="σ_y(τ), total",
     most=lambda points: points - 1,
     terms=lambda m, points: np.full_like(m, points - 2),
     edf=bias.total_edf,
@@ -311,6 +338,8 @@ pdev = _uncorrected_estimator(
     name="pdev",
     title="parabolic deviation",
     source="Vernotte et al. 2016 eq. 9",
+    use=Entry(60, "parabolic deviation; for counters that fit lines to the phase"),
+    choice=Entry(80, "Parabolic"),
     most=lambda points: (points - 1) // 2,
     terms=lambda m, points: points - 2 * m,
     edf=bias.modified_edf,
@@ -321,6 +350,7 @@ mtotdev = _corrected_estimator(
     name="mtotdev",
     title="modified total deviation",
     source="NIST SP 1065 eq. 27",
+    use=OTHER_TOTALS,
     most=lambda points: points // 3,
     terms=lambda m, points: points - 3 * m + 1,
     edf=bias.modified_total_edf,
@@ -333,6 +363,7 @@ ttotdev = _corrected_estimator(
     name="ttotdev",
     title="time total deviation",
     source="NIST SP 1065 eq. 28",
+    use=OTHER_TOTALS,
     kernel=_family_kernel("mtotdev"),
     most=lambda points: points // 3,
     terms=lambda m, points: points - 3 * m + 1,
@@ -347,6 +378,7 @@ htotdev = _corrected_estimator(
     name="htotdev",
     title="Hadamard total deviation",
     source="NIST SP 1065 eq. 29",
+    use=OTHER_TOTALS,
     most=lambda points: (points - 1) // 3,
     terms=lambda m, points: points - 3 * m,
     edf=bias.hadamard_total_edf,
@@ -357,6 +389,7 @@ THEO1 = _register_estimator(
     name="theo1",
     title="Theo1 deviation",
     source="NIST SP 1065 eq. 30",
+    use=Entry(90, "τ up to three quarters of the log"),
     kernel=_family_kernel("theo1"),
     most=lambda points: points - 1,
     terms=lambda m, points: points - m,
@@ -370,6 +403,7 @@ tierms = _uncorrected_estimator(
     name="tierms",
     title="root mean square time interval error",
     source="ITU-T G.810",
+    use=Entry(41, INTERVAL_ERROR),
     most=lambda points: points - 1,
     terms=lambda m, points: points - m,
     gain=lambda scale, tau, rate: scale / rate,
@@ -380,6 +414,7 @@ mtie = _uncorrected_estimator(
     name="mtie",
     title="maximum time interval error",
     source="ITU-T G.810",
+    use=Entry(40, INTERVAL_ERROR),
     most=lambda points: points - 1,
     terms=lambda m, points: points - m,
     gain=lambda scale, tau, rate: scale / rate,

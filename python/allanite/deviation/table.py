@@ -1,10 +1,10 @@
-"""Definition of an estimator: name, title, kernel, range, degrees of freedom, bias, unit."""
+"""Definition of an estimator: name, title, kernel, range, degrees of freedom, bias, unit, and how users choose it."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -15,6 +15,13 @@ if TYPE_CHECKING:
 
 Ints: TypeAlias = "NDArray[np.int64]"
 Floats: TypeAlias = "NDArray[np.float64]"
+
+
+class Entry(NamedTuple):
+    """Entry of an estimator in a list from which users choose; entries are sorted by `place`, in steps of 10."""
+
+    place: int
+    text: str
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -29,6 +36,15 @@ class Estimator:
         Title for plots.
     source : str
         Publication that defines it.
+    use : Entry
+        When to use it, for the help of the command line. Estimators with the same text share a line.
+    choice : Entry or None
+        Its name in the menu of the page. None if the page does not offer it, because it is slow for long records or has
+        no interval.
+    symbol : str
+        Symbol that clock manufacturers use for it if the samples are fractional frequency; empty if there is none.
+    allan : bool
+        True if its expectation is the Allan deviation of a model.
     kernel : callable
         ``kernel(samples, factors, angle)`` returns the variance at each factor (the square, for interval errors), number
         of averaged differences, noise exponent, and number of missing samples.
@@ -49,6 +65,10 @@ class Estimator:
     name: str
     title: str
     source: str
+    use: Entry
+    choice: Entry | None = None
+    symbol: str = ""
+    allan: bool = False
     kernel: Callable[[NDArray[Any], Ints, bool], tuple[Floats, Ints, Floats, int]]
     most: Callable[[int], int]
     terms: Callable[[Ints, int], Ints]

@@ -17,6 +17,7 @@ from allanite.page.shown.cards import (
     step_row,
     step_rows,
 )
+from allanite.page.shown.deviations import KINDS
 from allanite.page.shown.documents import sheet_rows, targets
 from allanite.page.shown.figures import effect_colors
 from allanite.page.shown.offers import capitalized, remedy_buttons
@@ -308,6 +309,7 @@ def _recording_record(tab: Tab) -> dict[str, Any]:
         "digest": now.digest,
         "home": now.whole_digest,
         "targets": targets(whole),
+        "deviations": list(KINDS.items()),
         "span": now.part[0],
         "left_out": [list(one) for one in now.part[1]],
         "audited": now.audited,

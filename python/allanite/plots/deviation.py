@@ -29,16 +29,6 @@ if TYPE_CHECKING:
 SLOPES = ((-1.0, "τ⁻¹"), (-0.5, "τ⁻¹ᐟ²"), (0.5, "τ¹ᐟ²"))
 #: Half the width and half the height of the label of a slope, as fractions of the panel in a column of a journal.
 LABEL_WIDTH, LABEL_HEIGHT = 0.05, 0.06
-#: Kind of deviation → symbol that clock manufacturers use for deviations of fractional frequency.
-SIGMA = {
-    "adev": "σ_y(τ)",
-    "oadev": "σ_y(τ)",
-    "totdev": "σ_y(τ), total",
-    "mdev": "Mod σ_y(τ)",
-    "hdev": "Hadamard σ_y(τ)",
-    "ohdev": "Hadamard σ_y(τ)",
-    "tdev": "σ_x(τ)",
-}
 
 
 def plot_deviation(
@@ -91,10 +81,13 @@ def deviation_points(deviation: Deviation, color: str, label: str) -> Points:
 
 def _axis_label(deviation: Deviation) -> str:
     """Text of the axis label: name of the estimator with its unit; for clocks with its symbol, such as σ_y(τ)."""
-    words = estimator_named(deviation.kind).title
-    if deviation.unit == "1" and deviation.kind in SIGMA:
-        words = f"{words}, {SIGMA[deviation.kind]}"
-    return label_in_unit(words, deviation.deviation_unit)
+    words = [estimator_named(deviation.kind).title, _symbol(deviation)]
+    return label_in_unit(", ".join(filter(None, words)), deviation.deviation_unit)
+
+
+def _symbol(deviation: Deviation) -> str:
+    """Symbol of a deviation of fractional frequency, such as σ_y(τ); empty in other units, or if there is none."""
+    return estimator_named(deviation.kind).symbol if deviation.unit == "1" else ""
 
 
 def plot_stability(
@@ -125,8 +118,8 @@ def plot_stability(
     marks: list[Mark] = []
     shown: list[np.ndarray] = []
     for deviation, role in zip(deviations, LOGS, strict=False):
-        name = SIGMA.get(deviation.kind, "") if deviation.unit == "1" else ""
-        points = deviation_points(deviation, role, f"{name} {deviation.kind.upper()}".strip())
+        label = f"{_symbol(deviation)} {deviation.kind.upper()}".strip()
+        points = deviation_points(deviation, role, label)
         marks += [Line(points.x, points.y, role, width=1.2), points]
         shown += [points.y] if points.low is None else [points.y, points.low]
     x = log_axis(TAU, *(np.asarray(d.tau) for d in deviations))

@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 import allanite as al
+from allanite.cli import main
 from allanite.deviation import ESTIMATORS
 from allanite.exports import TARGETS
 from allanite.readers import FORMATS, text
@@ -98,3 +99,11 @@ def test_every_kernel_has_a_row_and_every_row_is_public():
     assert kernels
     rowless = sorted(set(kernels) - set(ESTIMATORS))
     assert not rowless, f"add a row to deviation/estimators.py: {rowless}"
+
+
+def test_every_deviation_is_in_the_help_once(capsys):
+    with pytest.raises(SystemExit):
+        main(["adev", "--help"])
+    table = capsys.readouterr().out.split("  --kind ")[1].split("Options:")[0]
+    rows = re.findall(r"^  ((?:\w+, )*\w+)(?:  |$)", table, re.MULTILINE)
+    assert sorted(", ".join(rows).split(", ")) == sorted(ESTIMATORS)

@@ -7,6 +7,7 @@ import pytest
 
 import allanite as al
 from allanite import Recording
+from allanite.page.shown.deviations import KINDS
 from generators import gauss_markov, sinusoid, walk, white
 from page_browser import READY, on_allan, saved
 
@@ -214,6 +215,10 @@ def test_another_deviation_at_other_averaging_times(tab):
     def titled(words):
         return f"document.querySelector('#plot .ytitle')?.textContent.includes('{words}')"
 
+    menu = tab.locator("[data-option=kind] option")
+    assert menu.all_text_contents() == list(KINDS.values())
+    values = [option.get_attribute("value") for option in menu.all()]
+    assert values == ["", *list(KINDS)[1:]]
     points = "document.getElementById('plot').data.find(t => /^measured/.test(t.name)).x.length"
     fitted = tab.evaluate(points)
     choose("kind", "ohdev", titled("Hadamard deviation"))

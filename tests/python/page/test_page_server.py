@@ -12,10 +12,11 @@ import pytest
 import allanite as al
 from allanite.common import child_process
 from allanite.common.read_options import ReadOptions
+from allanite.deviation import ESTIMATORS
 from allanite.page import child
 from allanite.page import sessions as sessions_module
 from allanite.page.sessions import MAX_SILENCE_S
-from allanite.page.shown.deviations import deviation_figure
+from allanite.page.shown.deviations import KINDS, deviation_figure
 from allanite.page.work import Work
 from page_sessions import act, opened, send, until, wait
 
@@ -196,3 +197,11 @@ def test_another_deviation_is_kept_as_long_as_the_log_and_no_longer():
     del work, samples, figures
     gc.collect()
     assert held() is None
+
+
+@pytest.mark.parametrize("kind", list(KINDS)[1:])
+def test_every_offered_deviation_is_drawn(kind):
+    log = al.Recording(np.random.default_rng(2).standard_normal(500), rate=10.0, unit="rad/s")
+    figure = deviation_figure(log, None, {"kind": kind}, {})
+    assert figure.title.lower() == ESTIMATORS[kind].title.lower()
+    assert np.isfinite(figure.panels[0].marks[0].low).any()

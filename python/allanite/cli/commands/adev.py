@@ -35,9 +35,36 @@ GRIDS = ("octave", "decade", "all")
 MAX_TAUS_PER_OCTAVE = 16
 
 
+def _kinds_and_uses() -> str:
+    """Table of the help: names of the deviations, and when to use them; deviations of the same use share a line."""
+    names: dict[str, list[str]] = {"deviation, and when to use it": ["--kind"]}
+    for estimator in sorted(ESTIMATORS.values(), key=lambda one: one.use):
+        names.setdefault(estimator.use.text, []).append(estimator.name)
+    lines = []
+    for use, sharing in names.items():
+        head = ", ".join(sharing)
+        # Names that are too long for their column get a line of their own.
+        lines.append(f"{head:<18}{use}" if len(head) < 18 else f"{head}\n{'':18}{use}")
+    return "\n".join(lines)
+
+
+#: Help of the command.
+HELP = f"""Compute the Allan deviation of each sensor column in LOG.
+
+Prints a table: averaging time τ in s, deviation, its interval (95 % by default), equivalent degrees of freedom
+(edf) and number n of averaged differences. The deviation is in the unit of the samples, or in --output-unit.
+For a clock it has no unit; mtie, tierms and tdev are in s. LOG is a file, or - for standard input. A log larger than
+half of the free memory is read in chunks.
+
+\b
+{_kinds_and_uses()}
+"""
+
+
 @click.command(
     "adev",
     cls=LogCommand,
+    help=HELP,
     epilog="Example: allanite adev imu.csv --column gyro_x --plot adev.svg",
 )
 @click.argument("log")
@@ -74,27 +101,7 @@ def command(
     plot: str | None,
     options: LogOptions,
 ) -> None:
-    """Compute the Allan deviation of each sensor column in LOG.
-
-    Prints a table: averaging time τ in s, deviation, its interval (95 % by default), equivalent degrees of freedom
-    (edf) and number n of averaged differences. The deviation is in the unit of the samples, or in --output-unit.
-    For a clock it has no unit; mtie, tierms and tdev are in s. LOG is a file, or - for standard input. A log larger than
-    half of the free memory is read in chunks.
-
-    \b
-    --kind            deviation, and when to use it
-    oadev             overlapping Allan deviation; for sensors and clocks
-    mdev              modified Allan deviation; separates white PM from flicker PM
-    tdev              time deviation, for the time error of clocks and masks
-    mtie, tierms      maximum and rms time interval error; no intervals
-    ohdev             overlapping Hadamard deviation; ignores a linear drift
-    pdev              parabolic deviation; for counters that fit lines to the phase
-    totdev            total deviation; long τ of a short log
-    mtotdev, ttotdev, htotdev
-                      the same for mdev, tdev and hdev
-    theo1, theoh      τ up to three quarters of the log
-    adev, hdev        without overlap; to compare with results of this kind
-    """  # noqa: D301
+    """Print the deviations of `kind` of each sensor column of `log`, and save their figure to `plot` if given."""
     output.check_targets(plot)
     if _points_per_decade(taus) is None and taus not in GRIDS:
         raise InputError(

@@ -8,7 +8,7 @@ import numpy as np
 
 import allanite.deviation as family
 from allanite.common.errors import InputError
-from allanite.deviation import estimator_named
+from allanite.deviation import ESTIMATORS, estimator_named
 from allanite.plots.axes import log_axis
 from allanite.plots.curves import TAU
 from allanite.plots.deviation import deviation_points
@@ -23,10 +23,11 @@ if TYPE_CHECKING:
     from allanite.deviation import Deviation
     from allanite.fit import Fit
 
-#: Offered estimators; all are fast for any length of the record.
-KINDS = ("oadev", "adev", "mdev", "tdev", "ohdev", "hdev", "totdev", "pdev")
-#: Estimators whose expectation is the curve of the model.
-ALLAN = ("oadev", "adev")
+#: Name and menu text of each offered estimator, in the order of the menu; the first is the default.
+KINDS = {
+    name: choice.text
+    for choice, name in sorted((e.choice, e.name) for e in ESTIMATORS.values() if e.choice)
+}
 GRIDS: dict[str, str | int] = {"octave": "octave", "decade": "decade", "fine": 20}
 #: Maximum number of samples of a simulated sensor, so that the user need not wait long.
 MAX_SIMULATED = 2_000_000
@@ -62,7 +63,7 @@ def deviation_figure(
     found = _deviation_of(log, kind, grid, kept)
     marks: list[Mark] = []
     shown = [np.asarray(found.deviation), np.asarray(found.low), np.asarray(found.high)]
-    if fit is not None and kind in ALLAN:
+    if fit is not None and estimator_named(kind).allan:
         marks.append(Line(fit.curve.tau, fit.curve.model, "model", "model", 2.2))
     elif fit is not None and log.n <= MAX_SIMULATED:
         simulated = _deviation_of(fit, kind, grid, kept)

@@ -126,7 +126,6 @@ export function updateControls() {
   updateSheet();
 }
 // Other deviations and averaging times for the measured curve; the fit does not change.
-const KINDS = [["", "Overlapping Allan"], ["adev", "Allan (non-overlapping)"], ["mdev", "Modified Allan"], ["tdev", "Time (TDEV)"], ["ohdev", "Overlapping Hadamard"], ["hdev", "Hadamard"], ["totdev", "Total"], ["pdev", "Parabolic"]];
 const GRIDS = [["", "As fitted"], ["octave", "1, 2, 4, 8 …"], ["decade", "1, 2, 4, 10 …"], ["fine", "20 per decade"]];
 function allanControls() {
   const choice = (name, label, items) => {
@@ -134,7 +133,8 @@ function allanControls() {
     fillSelect(node, items, S.options[name] || "");
     return el("label", {}, label, node);
   };
-  return [choice("kind", "Deviation", KINDS), choice("grid", "Averaging times", GRIDS)];
+  const [[, first], ...others] = S.state.recording.deviations;
+  return [choice("kind", "Deviation", [["", first], ...others]), choice("grid", "Averaging times", GRIDS)];
 }
 function compareControls() {
   const state = S.state;
