@@ -5,16 +5,17 @@
 | effect | imports and order of the catalog (`effects/__init__.py`), table of models (`docs/contract.md`) |
 | deviation | names of `deviation/__init__.py` and `__init__.pyi` |
 
-Rows and places that exist stay as they are: edit them by hand.
+The table of models is written anew. Rows and places of the other lists stay as they are: edit them by hand.
 """
 
 import importlib
 import inspect
-import re
 from pathlib import Path
 
+import allanite as al
 from allanite.deviation.table import ESTIMATORS
 from allanite.effects._base import Effect
+from allanite.effects._declared import Parameter, has_several
 from allanite.effects._documented import unit_of
 
 ROOT = Path(__file__).parents[1]
@@ -23,6 +24,9 @@ CATALOG = PACKAGE / "effects" / "__init__.py"
 CONTRACT = ROOT / "docs" / "contract.md"
 DEVIATIONS = PACKAGE / "deviation" / "__init__.py"
 PUBLIC = PACKAGE / "__init__.pyi"
+#: Lines around the table of models.
+BEGIN = "<!-- models: written by docs/make_lists.py -->\n"
+END = "<!-- end of models -->\n"
 
 
 def effects() -> list[type[Effect]]:
@@ -50,19 +54,28 @@ def catalog(text: str, found: list[type[Effect]]) -> str:
 
 
 def contract(text: str, found: list[type[Effect]]) -> str:
-    """`docs/contract.md` with a row of each effect in the table of models."""
-    for cls in found:
-        if f"\n| `{cls.kind}` |" not in text:
-            parameters = ", ".join(
-                f"`{p.name}`"
-                + ("" if p.unit == "text" else f" {unit_of(p)}")
-                + (" (derived)" if p.role == "derived" else " (optional)" if p.optional else "")
-                for p in cls.parameters
-            )
-            row = f"| `{cls.kind}` | {cls.short} | {parameters} |\n"
-            last = list(re.finditer(r"^\| `\w+` \| [A-Z]+ \| .+ \|\n", text, re.MULTILINE))[-1]
-            text = text[: last.end()] + row + text[last.end() :]
-    return text
+    """`docs/contract.md` with a new table of models between its markers, in the order of the catalog."""
+    order = [cls.kind for cls in al.CATALOG]
+    order += [cls.kind for cls in found if cls.kind not in order]
+    rows = [
+        f"| `{cls.kind}` | {cls.short} | {'; '.join(_entry(cls, p) for p in cls.parameters)} |\n"
+        for cls in sorted(found, key=lambda one: order.index(one.kind))
+    ]
+    head, rest = text.split(BEGIN)
+    table = "| kind | short | parameters (JSON names) |\n|---|---|---|\n" + "".join(rows)
+    return f"{head}{BEGIN}\n{table}\n{END}{rest.split(END)[1]}"
+
+
+def _entry(cls: type[Effect], parameter: Parameter) -> str:
+    """Text of a parameter in the table of models: name, unit, what it is, and whether it may be omitted."""
+    unit = "" if parameter.unit == "text" else f" {unit_of(parameter)}"
+    properties = {
+        "list": has_several(cls, parameter.name),
+        "derived": parameter.role == "derived",
+        "optional": parameter.optional,
+    }
+    words = "".join(f", {name}" for name, applies in properties.items() if applies)
+    return f"`{parameter.name}`{unit}{words}: {parameter.description}"
 
 
 def deviations(text: str) -> str:

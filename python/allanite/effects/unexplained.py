@@ -56,7 +56,9 @@ class Unexplained(Stochastic):
     unplanned = "it has no fixed shape: plan the effects that may cause it"
     parameters = (
         Parameter("rms", 0.0, "standard deviation of the whole shape"),
-        Parameter("bands", "text", "frequency and share of the variance of each band", "choice"),
+        Parameter(
+            "bands", "text", "frequency in Hz and share of the variance of each band", "choice"
+        ),
     )
     physics = "unknown: no effect of the catalog explains it; it takes up the remaining power, so that others are right"
     looks_like = "a smooth excess over some octaves of the spectrum"
