@@ -1,13 +1,14 @@
 """Results with other values of constants that have no derivation.
 
-    python benches/decisions/chosen_values.py [background] [bands] [courses] [drift] [forms] [gates] [posterior] [refits]
-        [rounds]
+    python benches/decisions/chosen_values.py [background] [bands] [courses] [drift] [edges] [forms] [gates] [posterior]
+        [refits] [rounds]
 
 background: blocks of neighboring frequencies of a periodic level; false periods of levels that nearly repeat, and true
     ones.
 bands: limits between lines, wandering lines, resonances and moving bands; names of hidden bands.
 courses: forms of a moving band; names of hidden bands that drift.
 drift: spreads of the prior of a clock's drift; difference of the half-width of a holdover band at 3 h.
+edges: trial times of an edge; error of the time of a step in flicker or a random walk, and coverage of its interval.
 forms: forms of weak events that need no refit (MAX_NOISE_REFIT_FRACTION), and the significant ones among them.
 gates: fine steps of a periodic noise level; coverage of N.
 posterior: draws behind a holdover band; difference of its half-width at 3 h from that of ten times as many draws.
@@ -33,6 +34,7 @@ import holdover
 import records
 
 BANDS = importlib.import_module("allanite.suggestion.screens.drifting_bands")
+ESTIMATES = importlib.import_module("allanite.fit.estimates")
 COMPLETION = importlib.import_module("allanite.fit.missing.completion")
 LEVELS = importlib.import_module("allanite.suggestion.screens.level_forms")
 WANDERING = importlib.import_module("allanite.effects.wandering_line")
@@ -211,6 +213,32 @@ def _hidden(rng, kind, n, rate):
     return x
 
 
+def edges():
+    """Print the coverage of 95 % intervals of the times of steps, and the median standard error, s."""
+    n, rate, kept = 20_000, 10.0, ESTIMATES.EDGE_TIMES
+    noises = {
+        "N": ("N(N=0.01)", 0.02),
+        "N+B": ("N(N=0.01)+B(B=0.003)", 0.02),
+        "N+K": ("N(N=0.01)+K(K=4e-4)", 0.035),
+    }
+    for name, (noise, height) in noises.items():
+        for times in (kept // 2, kept, 2 * kept):
+            ESTIMATES.EDGE_TIMES = times
+            inside, errors = 0, []
+            for seed in range(60):
+                at = float(np.random.default_rng(seed).uniform(500.0, 1500.0))
+                truth = al.parse_model(f"{noise}+STEP(time={at},height={height})")
+                log = truth.simulate(n=n, rate=rate, seed=seed)
+                low, high = al.fit_model(log, f"{name}+STEP").estimates[-1]["time"].interval
+                inside += low <= at <= high
+                errors.append((high - low) / (2.0 * 1.96))
+            print(
+                f"{name}: EDGE_TIMES = {times}: {inside} of 60 cover, {np.median(errors):.3g} s",
+                flush=True,
+            )
+    ESTIMATES.EDGE_TIMES = kept
+
+
 def forms():
     """Print how many forms of weak events a check need not refit, and how many of those would be significant."""
     slow = importlib.import_module("allanite.suggestion.screens.slow_functions")
@@ -364,6 +392,7 @@ if __name__ == "__main__":
         "bands": bands,
         "courses": courses,
         "drift": drift,
+        "edges": edges,
         "forms": forms,
         "gates": gates,
         "posterior": posterior,

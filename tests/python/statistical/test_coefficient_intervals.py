@@ -104,3 +104,23 @@ def test_lines_of_one_machine_agree_at_the_level_of_the_test():
         assert kstest(p_values[key], "uniform").pvalue > 0.01, key
         # 60 sets know 95 % to 2.8 %, 100 to 2.2.
         assert common[key] / sets > 0.95 - 3 * np.sqrt(0.95 * 0.05 / sets), (key, common)
+
+
+@pytest.mark.parametrize("noise", ["B", "K"])
+def test_the_time_of_a_step_in_slow_noise(noise):
+    """The interval covers the time, and is not that of white noise with the density at the lowest frequencies (60 s)."""
+    n, rate, inside, widths = 20_000, 10.0, 0, []
+    height = {"B": 0.02, "K": 0.035}[noise]
+    count = records(40, 400)
+    for seed in range(count):
+        rng = np.random.default_rng([seed, *noise.encode()])
+        time = rng.uniform(500.0, 1500.0)
+        samples = g.white(rng, n, rate, 0.01) + g.step(n, rate, time, height)
+        samples += g.flicker(rng, n, rate, 0.003) if noise == "B" else g.walk(rng, n, rate, 4e-4)
+        fit = al.fit_model(al.Recording(samples, rate, unit="rad/s"), f"N+{noise}+STEP")
+        low, high = fit.estimates[-1]["time"].interval
+        inside += low <= time <= high
+        widths.append(high - low)
+    # The fitted amplitude and noise count as known, so that a little less than 95 % cover.
+    assert inside / count > 0.92 - 3.0 * np.sqrt(0.92 * 0.08 / count)
+    assert np.median(widths) < 10.0

@@ -17,7 +17,7 @@ from allanite.common.parameters import NORMAL
 from allanite.common.threads import Pool
 from allanite.effects import CATALOG, Deterministic, Stochastic
 from allanite.fit.engine import solve
-from allanite.fit.estimates import deterministic_shape_error
+from allanite.fit.estimates import deterministic_shape_error, shape_error
 from allanite.fit.likelihood.remembered import trim_memory
 from allanite.fit.likelihood.whitened import (
     cell_means,
@@ -168,10 +168,12 @@ def has_known_time(own: object, solution: Solution, data: Data) -> bool:
         return True
     effect, variance = own.effect, float(own.covariance[0, 0])
     for name in effect.free_shapes:
-        error = effect.shape_error(name, variance, data.duration)
-        if error is not None and error > MAX_STEP_TIME_ERROR * data.duration:
-            return False
-        if error is None and name in effect.interval:
+        least, error = MAX_STEP_TIME_ERROR * data.duration, None
+        if (edge := effect.shape_error(name, variance, data.duration)) is not None:
+            error = edge if edge <= least else shape_error(own, name, solution, data)
+            if error is None or error > least:
+                return False
+        elif name in effect.interval:
             error = deterministic_shape_error(effect, name, solution, data)
         if error is None:
             continue
