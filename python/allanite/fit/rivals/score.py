@@ -20,23 +20,31 @@ def prior(effect: Effect) -> float:
     """Part of a model's score for one effect, nats: from its kind, and the width of a band, but not from the record.
 
     It is +3 for a common cause, 0 for others, and −3 per coefficient if the effect names no cause. Common causes are
-    the standard coefficients (Q, N, B, K, R), Gauss-Markov processes and functions of a logged column. Power laws, bands
-    too wide for a mode of a structure, and extended forms of slow functions name no cause. ±3 nats are odds of 20 : 1.
+    the standard coefficients (Q, N, B, K, R) and functions of a logged column. Power laws, bands too wide for a mode of
+    a structure, and extended forms of slow functions name no cause. ±3 nats are odds of 20 : 1.
     """
     known = effect if isinstance(effect, Deterministic) else None
     if effect.last_resort or is_broad(effect) or (known and known.refined):
         return -MAX_RIVAL_LOG_EVIDENCE * sum(p.role == "coefficient" for p in effect.parameters)
-    slow = isinstance(effect, Stochastic) and effect.wanders
-    usual = slow or effect.standard is not None or (known and known.follows is not None)
+    usual = effect.standard is not None or (known and known.follows is not None)
     return MAX_RIVAL_LOG_EVIDENCE if usual else 0.0
 
 
+def replacing_prior(effect: Effect) -> float:
+    """Prior of an effect where effects replace each other, nats: `prior`, but +3 for every slow process with a name.
+
+    So the evidence alone chooses between flicker, a random walk and a Gauss-Markov process.
+    """
+    slow = isinstance(effect, Stochastic) and effect.wanders and not effect.last_resort
+    return MAX_RIVAL_LOG_EVIDENCE if slow else prior(effect)
+
+
 def prior_change(before: Model, after: Model) -> float:
-    """Change of the sum of the priors (`prior`) from the model `before` to the model `after`, nats, limited to ±3.
+    """Change of the sum of the priors from the model `before` to the model `after`, nats, limited to ±3.
 
     The limit is the prior of one effect. Without it, priors would favor the model with more effects.
     """
-    change = sum(map(prior, after)) - sum(map(prior, before))
+    change = sum(map(replacing_prior, after)) - sum(map(replacing_prior, before))
     return min(max(change, -MAX_RIVAL_LOG_EVIDENCE), MAX_RIVAL_LOG_EVIDENCE)
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from allanite.effects import Modifier
 from allanite.fit.rivals.alternatives import is_detected
 from allanite.fit.rivals.evidence import MAX_RIVAL_LOG_EVIDENCE, evidence_gain
-from allanite.fit.rivals.score import is_broad, prior, prior_change
+from allanite.fit.rivals.score import is_broad, prior_change, replacing_prior
 from allanite.suggestion.constants import MIN_SCORE_GAIN
 
 if TYPE_CHECKING:
@@ -55,9 +55,9 @@ def models_with_split(fit: Fit) -> Iterator[tuple[float, tuple[int, ...], Model]
             continue
         for pair in fit.alternative_pairs(place):
             if all(may_take_the_place(effect, out) for effect in pair.model.effects[-2:]):
-                rarer = min(prior(effect) for effect in pair.model.effects[-2:])
+                rarer = min(replacing_prior(effect) for effect in pair.model.effects[-2:])
                 # A lead above 3 nats always gives more than 0.5.
-                price = min(prior(out) - rarer, MAX_RIVAL_LOG_EVIDENCE - MIN_SCORE_GAIN)
+                price = min(replacing_prior(out) - rarer, MAX_RIVAL_LOG_EVIDENCE - MIN_SCORE_GAIN)
                 found = fit.solution_with(pair, place)
                 lead = evidence_gain(found, fit.solution, fit.data)
                 yield lead - price, (place,), found.model
