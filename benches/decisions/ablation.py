@@ -120,6 +120,7 @@ SWITCHES: dict[str, tuple[str, str, Callable[..., Any], Callable[[Any, Any], boo
     ),
     "rank: a level change far ahead goes first": (RANKING, "is_far_ahead", _no, _true),
     "score: priors": (SCORE, "prior", _zero, _true),
+    "score: priors of replacements": (SCORE, "replacing_prior", _zero, _true),
 }
 CONSTANTS = {
     name: value

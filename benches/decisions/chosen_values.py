@@ -224,16 +224,21 @@ def edges():
     for name, (noise, height) in noises.items():
         for times in (kept // 2, kept, 2 * kept):
             ESTIMATES.EDGE_TIMES = times
-            inside, errors = 0, []
+            inside, errors, formula = 0, [], []
             for seed in range(60):
                 at = float(np.random.default_rng(seed).uniform(500.0, 1500.0))
                 truth = al.parse_model(f"{noise}+STEP(time={at},height={height})")
                 log = truth.simulate(n=n, rate=rate, seed=seed)
-                low, high = al.fit_model(log, f"{name}+STEP").estimates[-1]["time"].interval
+                fit = al.fit_model(log, f"{name}+STEP")
+                low, high = fit.estimates[-1]["time"].interval
+                step = fit.solution.effects[-1]
+                variance = float(step.covariance[0, 0])
+                formula.append(step.effect.shape_error("time", variance, fit.data.duration))
                 inside += low <= at <= high
                 errors.append((high - low) / (2.0 * 1.96))
             print(
-                f"{name}: EDGE_TIMES = {times}: {inside} of 60 cover, {np.median(errors):.3g} s",
+                f"{name}: EDGE_TIMES = {times}: {inside} of 60 cover, {np.median(errors):.3g} s"
+                f" (formula for white noise {np.median(formula):.3g} s)",
                 flush=True,
             )
     ESTIMATES.EDGE_TIMES = kept

@@ -19,6 +19,7 @@ from allanite.common.units import coefficient_unit, parse_unit
 from allanite.effects import Effect, Model, Parameter, Stochastic
 from allanite.effects.files import model_from_dict
 from allanite.exports._text import MAX_SENTENCE_LENGTH, plain
+from allanite.recording.distorted import DISTORTIONS
 from allanite.suggestion.constants import MAX_ALLAN_ERROR_SCATTERS
 
 #: Expected square of a coefficient that was not detected, over the square of its 95 % upper limit: the square of a
@@ -340,9 +341,9 @@ def _correlations_of(document: Mapping[str, Any]) -> dict[tuple[str, str], float
 def warning_of(document: Mapping[str, Any]) -> str:
     """Text with the reason not to trust the fit in a document; empty unless the document says that it is not adequate.
 
-    The text does not name the fit. The reason is the first that holds: quantization distorts the coefficients; the Allan
-    error is beyond twice its expected scatter; the fit needs a model discrepancy. Otherwise χ²/dof is stated. The text is
-    ASCII, because some programs refuse other characters in comments.
+    The text does not name the fit. The reason is the first that holds: quantization distorts the coefficients; a dead zone
+    or dead band distorts the samples; the Allan error is beyond twice its expected scatter; the fit needs a model
+    discrepancy. Otherwise χ²/dof is stated. The text is ASCII, because some programs refuse other characters in comments.
     """
     if document.get("adequate") is not False:
         return ""
@@ -351,6 +352,8 @@ def warning_of(document: Mapping[str, Any]) -> str:
         return (
             "the samples rarely change or flip between two codes, which distorts the coefficients"
         )
+    if any(f.get("kind") in DISTORTIONS for f in audit):
+        return "a dead zone or dead band distorts the samples, which no noise model describes"
     error = document.get("error") or {}
     worst = error.get("adev_worst") or {}
     factor, tau = worst.get("factor"), worst.get("tau_s")

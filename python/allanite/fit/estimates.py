@@ -408,9 +408,9 @@ def _amplitude_error(
 def shape_error(own: Regressed, name: str, solution: Solution, data: Data) -> float | None:
     """Standard error of a shape of a known function of time, in its unit; None if the record cannot determine it.
 
-    It is the closed form of the effect, if it declares one (`Effect.shape_error`), else `deterministic_shape_error`. The
-    closed form holds for white noise. For the time of an edge of a slow function, `_edge_error` replaces it if it is above
-    the resolution of the matched filter.
+    Effects with edges, such as a step, have a formula for the error of their times in white noise (`Effect.shape_error`).
+    Effects without a formula get `deterministic_shape_error`. For slow functions in other noise the formula is too large,
+    so `_edge_error` is used instead, unless the formula gives less than the matched filter can resolve.
     """
     error = own.effect.shape_error(name, float(own.covariance[0, 0]), data.duration)
     if error is None:

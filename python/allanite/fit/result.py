@@ -31,6 +31,7 @@ from allanite.fit.measures import MIN_ADEQUATE_P, Discrepancy, Error, Misfit
 from allanite.fit.missing.completion import complete
 from allanite.fit.models import without_effect
 from allanite.fit.prediction import predict
+from allanite.recording.distorted import DISTORTIONS
 from allanite.recording.sensor_names import kind_of_sensor
 
 if TYPE_CHECKING:
@@ -227,7 +228,7 @@ class Fit:
     @property
     def distortion(self) -> str:
         """Finding of the audit about a dead zone or dead band, which no noise model describes; empty without one."""
-        found = (f.found for f in self.recording.audit if f.kind in ("dead_zone", "dead_band"))
+        found = (f.found for f in self.recording.audit if f.kind in DISTORTIONS)
         return next(found, "")
 
     @property

@@ -9,6 +9,8 @@ from numpy.typing import NDArray
 
 from allanite.common.arrays import Array
 
+#: Kinds of findings about such values.
+DISTORTIONS = ("dead_zone", "dead_band")
 #: Minimum count of changes, or of equal samples, from which a distortion is stated. If the density of changes falls with
 #: their size, at most half of the changes below twice the smallest are above it: 20 of 20 have a probability of 1e-6.
 MIN_COUNT = 20
@@ -17,10 +19,11 @@ MIN_SHARE = 0.02
 #: Minimum fraction of samples in a dead zone. One that holds a tenth of normal samples lowers N by 10 %:
 #: 1 − 2z√(2/π) + z² of the variance remain, where z = 0.126 is half the width of the zone in standard deviations.
 MIN_ZONE_SHARE = 0.1
-#: Minimum ratio of the count of one value to that of each value near it. With codes below the standard deviation of normal
-#: noise, the ratio is below 1.7.
+#: Minimum ratio of the count of one value to that of each value near it. If the resolution is at most the standard
+#: deviation of normal noise, the most frequent value occurs at most e^½ = 1.65 times as often as the next one.
 MIN_RATIO = 5.0
-#: Number of values near a value, on each side, with which its count is compared.
+#: Number of values near a value, on each side, with which its count is compared. Chosen by judgment: more values only lower
+#: the ratio.
 NEIGHBORS = 10
 
 
@@ -75,4 +78,4 @@ def dead_zone_of(blocks: Array, white: float, step: float) -> tuple[float, float
     inside = 0 < at < values.size - 1
     if not inside or ratio < MIN_RATIO or share < MIN_ZONE_SHARE or min(quarters) < MIN_COUNT:
         return None
-    return float(values[at]), share, ratio
+    return float(values[at]) + 0.0, share, ratio  # no −0

@@ -96,7 +96,7 @@ def _kept_new_and_leaving(
 def _by_delta_logl(
     before: Fit, others: list[Effect], new: list[Effect], gains: dict[Effect, float]
 ) -> Iterator[Effect]:
-    """Iterator over the `new` effects, that with the highest ΔlogL beside the effects `others` first.
+    """Iterator over the effects `new`, sorted by falling ΔlogL of a model with the effects `others` and one of them.
 
     Shape values are not fitted again. `gains` holds the ΔlogL of each effect in an earlier step, and is updated. Only the
     effect with the highest of them is evaluated again, because further effects seldom raise the ΔlogL of the others.

@@ -61,13 +61,13 @@ def test_a_split_promises_what_its_refit_gains():
     samples = g.white(rng, n, 1.0, 0.02) + g.gauss_markov(rng, n, 1.0, 6e-5, 300.0)
     samples += g.settling(n, 1.0, 1500.0, -0.006)
     fit = al.fit_model(al.Recording(samples, 1.0, unit="deg/s"), "N+K")
-    common = {"gauss_markov", "bias_instability", "rate_ramp", "quantization"}
+    lasting = {"gauss_markov", "bias_instability", "rate_ramp", "quantization"}
     clear = 0
     for promised, places, model in models_with_split(fit):
         assert places == (1,)
         gain = evidence_gain(refitted(fit, model).solution, fit.solution, fit.data)
-        # The random walk is a common cause. Two effects of which one is not common cost 2.5 nats more.
-        price = 0.0 if {e.kind for e in model.effects[-2:]} <= common else 2.5
+        # Two effects replace a random walk by evidence alone if both last; a pair with a one-time event costs 2.5 nats.
+        price = 0.0 if {e.kind for e in model.effects[-2:]} <= lasting else 2.5
         assert promised == pytest.approx(gain - price, abs=0.1)
         clear += promised > 0.5
     assert clear

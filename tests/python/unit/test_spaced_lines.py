@@ -84,7 +84,7 @@ def test_many_lines_that_share_no_frequency_are_one_effect():
 
 
 def test_lines_that_are_not_among_the_clearest_complete_a_comb():
-    """Of three combs of 20 lines, the 32 clearest lines are at most 11 of each."""
+    """Three combs have 20 lines each. The search is given 32 of the 60 lines, at most 11 from one comb."""
     combs = [
         np.round(start + step * np.arange(20))
         for start, step in ((311, 2491), (437, 2513), (2090, 2467))
