@@ -40,16 +40,9 @@ MAX_VARIOGRAM_SAMPLES = 2**22
 
 @dataclass(frozen=True, eq=False)
 class Mission:
-    """Aiding with a fix at each step, then coasting.
+    """Aiding with a fix every `step` seconds for `aided` steps, then coasting.
 
-    Attributes
-    ----------
-    step : float
-        Seconds between fixes.
-    aided : int
-        Steps of aiding.
-    coasting : ndarray of int, shape (t,)
-        Steps of coasting after which the error is compared; the last is the horizon.
+    The error is compared after the numbers of steps in `coasting`, shape (t,); the last one is the horizon.
     """
 
     step: float
@@ -71,12 +64,8 @@ class Mission:
 class Errors:
     """Error of the integral after coasting, for c filters and t coasting times; N of each filter is 1.
 
-    Attributes
-    ----------
-    weights : ndarray, shape (c, t, steps)
-        Weight of the sensor's integral over each step.
-    predicted : ndarray, shape (c, t)
-        Variance that the filter predicts.
+    `weights`, shape (c, t, steps), multiply the sensor's integral over each step. `predicted`, shape (c, t), is the
+    variance that the filter predicts.
     """
 
     weights: Array
@@ -85,23 +74,9 @@ class Errors:
 
 @lru_cache(maxsize=64)
 def mission_of(horizon: float, rate: float) -> Mission:
-    """`Mission` (aiding, then coasting) for a filter horizon; its step is a whole number of samples. Cached.
+    """`Mission` (aiding, then coasting) whose longest coasting is `horizon` seconds, at `rate` Hz.
 
-    The step is 1 s if the horizon then has 10 to 200 steps. Otherwise, the horizon has 10 or 200 steps. The step is
-    then rounded to whole samples, so that at low rates the horizon has fewer steps. Aiding lasts 300 s
-    or three horizons, the longer of both, but at most 1000 steps. There are about five coasting times per decade, from one
-    step to the horizon.
-
-    Parameters
-    ----------
-    horizon : float
-        Longest coasting, s.
-    rate : float
-        Samples a second, Hz.
-
-    Returns
-    -------
-    Mission
+    The step is a whole number of samples, so that at low rates the horizon has fewer steps than `MIN_STEPS`.
     """
     step = float(np.clip(1.0, horizon / MAX_STEPS, horizon / MIN_STEPS))
     step = max(1, round(step * rate)) / rate
@@ -113,21 +88,10 @@ def mission_of(horizon: float, rate: float) -> Mission:
 
 
 def bias_filter_errors(mission: Mission, walk: ArrayLike, correlation_time: ArrayLike) -> Errors:
-    """`Errors` of c Kalman filters that estimate integral and bias, and then coast: weights and predicted variances.
+    """`Errors` of c Kalman filters that estimate integral and bias from exact fixes of the integral, and then coast.
 
-    A filter corrects the bias with exact values of the integral at each step of aiding. Its model has white noise N = 1.
-
-    Parameters
-    ----------
-    mission : Mission
-    walk : array_like, shape (c,)
-        K/N of a random walk, or q_c/N of a Gauss-Markov bias, 1/s.
-    correlation_time : array_like, shape (c,)
-        Correlation time of the Gauss-Markov bias, s; infinite for a random walk.
-
-    Returns
-    -------
-    Errors
+    `walk` is K/N of a random walk or q_c/N of a Gauss-Markov bias, 1/s. `correlation_time` is in s, infinite for a random
+    walk. The white noise of each filter's model is N = 1.
     """
     q, T = np.broadcast_arrays(np.atleast_1d(np.asarray(walk, float)), correlation_time)
     F, Q, start = _bias_model(q, np.asarray(T, float), mission.step)
@@ -184,8 +148,8 @@ def _bias_model(q: Array, T: Array, step: float) -> tuple[Array, Array, Array]:
 def _aided_gains(F: Array, Q: Array, P: Array, count: int) -> tuple[Array, Array]:
     """Tuple (Kalman gains at each of `count` fixes, shape (count, c, 2), covariance after the last, shape (c, 2, 2)).
 
-    The states of the c filters are (integral, bias). A fix measures the integral without error, after each step. `P` is
-    the first covariance; it is not changed.
+    The states are (integral, bias). A fix measures the integral without error, after each step. `P` is the first
+    covariance.
     """
     gains = np.zeros((count, len(F), 2))
     for k in range(count):
@@ -201,25 +165,10 @@ def _aided_gains(F: Array, Q: Array, P: Array, count: int) -> tuple[Array, Array
 def true_variance(model: Model, rate: float, mission: Mission, errors: Errors) -> Array:
     """True variance of the integral's error after each coasting time of c filters, U² s², shape (c, coasting times).
 
-    The noise is that of `model`, and the fixes have no error. Lines have a random phase, a ramp counts with its square.
-    Steps, warm-ups and effects of a logged column are left out, because the filter is expected to subtract them. The bias
-    of a Gauss-Markov filter decays to the mean of the noise. Noise without a mean, such as a walk, then counts relative to
-    its mean over up to 30 horizons before aiding.
-
-    Parameters
-    ----------
-    model : Model
-        Model with all values.
-    rate : float
-        Samples a second, Hz.
-    mission : Mission
-    errors : Errors
-        Weights of the filters.
-
-    Raises
-    ------
-    InputError
-        The mission has more than 2²⁴ samples.
+    The fixes have no error. Lines have a random phase, a ramp counts with its square. Steps, warm-ups and effects of a
+    logged column are left out, because the filter is expected to subtract them. The bias of a Gauss-Markov filter decays to
+    the mean of the noise. Noise without a mean, such as a walk, counts relative to its mean over up to 30 horizons before
+    aiding. `InputError` for a mission of more than 2²⁴ samples.
     """
     m = round(mission.step * rate)
     if mission.steps * m > MAX_SAMPLES:

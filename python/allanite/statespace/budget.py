@@ -60,10 +60,7 @@ def _integrated_sine(u: Array) -> Array:
 
 
 def _twice_integrated_sine(u: Array) -> Array:
-    """Second integral of sin(ωu)/ω from 0 to u, (u − sin(ωu)/ω)/ω², s³, at the times u (s), with the Schuler frequency ω.
-
-    For small u it is about u³/6, and a series avoids cancellation.
-    """
+    """Second integral of sin(ωu)/ω from 0 to u (s), (u − sin(ωu)/ω)/ω², s³, with the Schuler frequency ω."""
     x = SCHULER * u
     series = u**3 / 6.0 * (1.0 - x**2 / 20.0 * (1.0 - x**2 / 42.0))
     return np.asarray(np.where(x < 0.1, series, (u - _schuler_response(u)) / SCHULER**2))
@@ -92,11 +89,7 @@ class _SchulerCoasting(Coasting):
 
     @cached_property
     def weights(self) -> Array:
-        """Weights of the samples since the fix, oldest first, shape (m,): the error at the end is Σ weight · sample.
-
-        A weight is s(a) − s(b) with the step response s. a and b are the times from the start and from the end of the
-        sample to the end.
-        """
+        """Weights of the samples since the fix, oldest first, shape (m,): the error at the end is Σ weight · sample."""
         edges = self.step_response((self.m - np.arange(self.m + 1)) / self.rate)
         return np.asarray(edges[:-1] - edges[1:])
 
@@ -111,26 +104,10 @@ class _SchulerCoasting(Coasting):
 def six_axis_budget(axes: Sequence[Axis], *, aided: float, tau: ArrayLike) -> tuple[Growth, ...]:
     """Tuple of two `Growth`: horizontal velocity error, then position error, of a strapdown system at rest.
 
-    `Growth.budget` has the parts due to gyroscopes and accelerometers.
-
-    Parameters
-    ----------
-    axes : sequence of Axis
-        At least one gyroscope and one accelerometer. If axes of one kind are named x and y, only these two count.
-    aided : float
-        Seconds of aiding before the fix.
-    tau : array_like
-        Times since the fix, s.
-
-    Returns
-    -------
-    tuple of Growth
-        Root of the sum of both horizontal variances, without vertical and heading errors.
-
-    Raises
-    ------
-    InputError
-        A kind of sensor is missing, or the times and the aiding are more than 2²⁴ samples or not positive.
+    It needs a gyroscope and an accelerometer. If axes of one kind are named x and y, only these two count. `aided` seconds
+    before the fix estimate the bias; `tau` are times since the fix, s. The error is the root of the sum of both horizontal
+    variances, without vertical and heading errors. `InputError` for a missing kind of sensor, times that are not positive,
+    or more than 2²⁴ samples.
     """
     kinds = {kind: [a for a in axes if parse_unit(a.unit).kind == kind] for kind in SENSORS}
     for kind, own in kinds.items():
@@ -163,10 +140,8 @@ def _horizontal_variance(
 ) -> Array:
     """Array: variance of the horizontal velocity or position error at the `times` (s) after aiding ends, SI units squared.
 
-    The error is that due to the noise of `axes`, which are all gyroscopes or all accelerometers. It is twice the mean over
-    the axes, because there are two horizontal channels. `step_response` is the error of a channel due to a sensor error of
-    1 from time 0 on. Before, the mean over `aided` seconds was subtracted as the bias. Raises `InputError` for too many
-    samples.
+    `axes` are all gyroscopes or all accelerometers. The result is twice their mean, because there are two horizontal
+    channels. `step_response` is the error of a channel due to a sensor error of 1 from time 0 on.
     """
     total = np.zeros(times.size)
     for axis in axes:

@@ -95,20 +95,13 @@ class Coasting:
         return float(np.sqrt(max(0.0, variance)))
 
     def line_error(self, angle: float) -> float:
-        """Maximum over all phases of the error after coasting due to a sinusoid of amplitude 1, in U·s^`order`.
-
-        `angle` is the phase advance per sample, rad. The mean of the `back` samples before coasting is subtracted as the
-        bias.
-        """
+        """Maximum error over all phases of a sinusoid with amplitude 1 and `angle` rad per sample, in U·s^`order`."""
         aided = fourier_sum(np.ones(self.back), angle)
         since = fourier_sum(self.weights, angle) * np.exp(1j * angle * self.back)
         return float(abs(since - self._aiding_weight * aided))
 
     def signal_error(self, values: Array) -> float:
-        """Absolute error after coasting due to a known function, in U·s^`order`.
-
-        `values` are the samples of the function during aiding and coasting, shape (back + m,).
-        """
+        """Absolute error due to a known function with these samples during aiding and coasting, in U·s^`order`."""
         since = self.weights @ values[self.back : self.back + self.m]
         return float(abs(since - self._aiding_weight * values[: self.back].sum()))
 

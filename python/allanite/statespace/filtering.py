@@ -30,14 +30,8 @@ WHITENESS_LAGS = 20
 class NisByTau:
     """Normalized innovations of means over τ: expectation 1, with the 95 % band for a true model.
 
-    Attributes
-    ----------
-    tau : ndarray, shape (k,)
-        s.
-    nis : ndarray, shape (k,)
-        Mean of (Σ z)²/m over segments of m samples, z = innovation / standard deviation.
-    low, high : ndarray, shape (k,)
-        Limits that hold 95 % of white sequences.
+    `nis`, shape (k,), is the mean of (Σ z)²/m over segments of m samples, z = innovation / standard deviation. `low` and
+    `high` hold 95 % of white sequences; `tau` is in s.
     """
 
     tau: Array

@@ -140,17 +140,10 @@ class Growth:
 
 @dataclass(frozen=True, eq=False)
 class Measured:
-    """Error growth measured in segments of a recording at rest.
+    """Error growth measured in segments of a recording at rest; all arrays have shape (k,).
 
-    Attributes
-    ----------
-    tau : ndarray, shape (k,)
-    rms : ndarray, shape (k,)
-        Root mean square over the segments.
-    inside : ndarray, shape (k,)
-        Share of the segments within ±1.96 of the predicted standard deviation.
-    segments : ndarray of int, shape (k,)
-        Number of segments at each time. Without any, `rms` and `inside` are NaN.
+    `rms` is the root mean square over the segments, `inside` the share of them within ±1.96 of the predicted standard
+    deviation. Both are NaN at times without a segment.
     """
 
     tau: Array
@@ -320,9 +313,9 @@ def measured_growth(recording: Recording, growth: Growth) -> Measured:
 
 
 def _measured_errors(x: Array, back: int, m: int, rate: float, order: int) -> Array:
-    """Array: error after coasting, one per segment of `back` + m samples without NaN, shape (segments,).
+    """Error after coasting, one per segment of `back` + m samples without NaN, shape (segments,).
 
-    The error is the `order`-fold integral of the last m samples after subtraction of the mean of the first `back` samples.
+    It is the `order`-fold integral of the last m samples after subtraction of the mean of the first `back` samples.
     """
     length = back + m
     segments = x[: x.size // length * length].reshape(-1, length)
@@ -332,10 +325,10 @@ def _measured_errors(x: Array, back: int, m: int, rate: float, order: int) -> Ar
 
 
 def sample_counts(aided: float, tau: Array, rate: float) -> tuple[int, list[int]]:
-    """Tuple (number of samples of aiding, list with the number of samples of each coasting), rounded, each at least 1.
+    """Tuple (number of samples of aiding, list with the number of samples of each coasting), each at least 1.
 
-    `aided` and `tau` are times in s, `rate` is in Hz. Raises `InputError` for a `tau` that is not positive and finite, and
-    for more than 2²⁴ samples in all.
+    `aided` and `tau` are in s. `InputError` for a `tau` that is not positive and finite, and for more than 2²⁴ samples in
+    all.
     """
     for seconds in tau.tolist():
         positive(seconds, "tau", "s", "give positive seconds")
@@ -353,10 +346,9 @@ def terms_by_label(
 ) -> tuple[dict[str, tuple[Term, ...]], tuple[Effect, ...]]:
     """Tuple (dict from the label of each predictable effect to its noise terms, tuple of the effects that are left out).
 
-    The sum of the terms (`Term`) is the noise of the effect. Ramps and lines that are not 0 are predictable too, but have
-    no terms: (). Left out are other functions of time, and changes of the noise level over time. Outliers, disturbances
-    and filters are in neither. Raises `InputError` if a coefficient of a random effect has no value, or for more than 64
-    effects.
+    Ramps and lines that are not 0 are predictable, but have no terms: (). Left out are other functions of time, and changes
+    of the noise level over time. Outliers, disturbances and filters are in neither. `InputError` if a random effect has no
+    value, or for more than 64 effects.
     """
     out: dict[str, tuple[Term, ...]] = {}
     left_out: list[Effect] = []
@@ -383,8 +375,7 @@ def variogram_of(terms: Sequence[Term], count: int) -> Array:
 def _known_error(model: Model, label: str, coasting: Coasting) -> float:
     """Error after coasting due to the known function `label` of the model, in U·s^order.
 
-    Coasting is integration after the fix, with the mean of the aiding before it as the bias. For lines, the rms over all
-    phases. For a ramp, the absolute error, with the ramp starting at the start of aiding.
+    For lines, the rms over all phases. For a ramp, the absolute error, with the ramp starting at the start of aiding.
     """
     effect = model.effects[model.labels.index(label)]
     assert isinstance(effect, Deterministic)

@@ -32,14 +32,9 @@ MAX_ROUNDS = 60
 class Cost:
     """Loss of a state space relative to its model.
 
-    Attributes
-    ----------
-    allan_error : float
-        Largest relative error of the Allan deviation at τ from one sample to a tenth of the record.
-    tau_s : float
-        Averaging time of the largest error, s.
-    log_likelihood : float
-        Expected loss of log-likelihood per sample: Kullback-Leibler rate of the two spectra, without lines.
+    `allan_error` is the largest relative error of the Allan deviation at τ from one sample to a tenth of the record, and
+    `tau_s` its averaging time. `log_likelihood` is the expected loss per sample: the Kullback-Leibler rate of the two
+    spectra, without lines.
     """
 
     allan_error: float
@@ -74,13 +69,8 @@ def reduced(space: StateSpace, states: int) -> StateSpace:
     """State space of at most `states` states with nearly the same Allan deviation and spectrum.
 
     Parts that are no AR(1) process (a resonance, quantization, a random walk, a filter) are kept, the largest first, if
-    they fit; one state is left for AR(1). New AR(1) processes in the remaining states replace all former ones. Their
-    variances and time constants come from least squares in the logarithms of both curves.
-
-    Raises
-    ------
-    InputError
-        Fewer than one state, or a power law steeper than −2.
+    they fit; one state is left for AR(1). New AR(1) processes in the remaining states replace all former ones. `InputError`
+    for fewer than one state, and for a power law steeper than −2.
     """
     if states < 1:
         raise InputError(f"states = {states}: at least 1 is needed")
@@ -147,8 +137,7 @@ def _fitted_sections(
     def evaluate(sizes: Array, logs: Array) -> tuple[Array, Array, Array, float]:
         """Tuple (scaled curve of each fitted section, sum of all curves, weighted residuals, sum of squared residuals).
 
-        A curve holds the Allan variance at all m, then the density at all w. `sizes` are the logarithms of the factors by
-        which the sections are scaled, `logs` those of 1 − φ of the AR(1) sections.
+        A curve holds the Allan variance at all m, then the density at all w. `logs` are the logarithms of 1 − φ.
         """
         parts = np.exp(sizes)[:, None] * np.vstack([plain, _ar1_curves(np.exp(logs), m, w)])
         total = base + parts.sum(axis=0)
@@ -188,7 +177,7 @@ def _fitted_sections(
 
 
 def _start_decays(space: StateSpace, count: int) -> Array:
-    """Start values of 1 − φ for `count` AR(1) processes u(k+1) = φ u(k) + w, shape (count,), spaced logarithmically.
+    """Start values of 1 − φ for `count` AR(1) processes, shape (count,), spaced logarithmically.
 
     They span the values of the model's AR(1) sections that exceed 2 % of the density at some frequency, or of all if none
     does. Empty if the model has no AR(1) section.
@@ -206,10 +195,9 @@ def _start_decays(space: StateSpace, count: int) -> Array:
 
 
 def _start_factors(columns: Array, base: Array, target: Array, plain: int) -> Array:
-    """Array of start values of factors a > 0, shape (curves,), so that Σ a·curve + `base` approximates `target`.
+    """Start values of factors a > 0, shape (curves,), so that Σ a·curve + `base` approximates `target` in relative terms.
 
-    Each row of `columns` is one curve. The factors are a non-negative least-squares solution for relative errors. They are
-    raised until each curve reaches 0.1 % of `target` somewhere, and the first `plain` factors to at least 0.1.
+    They are raised until each curve reaches 0.1 % of `target` somewhere, and the first `plain` factors to at least 0.1.
     """
     from scipy.optimize import nnls
 
@@ -223,10 +211,7 @@ def _start_factors(columns: Array, base: Array, target: Array, plain: int) -> Ar
 
 
 def _allan_and_density(terms: Sequence[Term], m: Array, w: Array) -> Array:
-    """Array: Allan variance, U², of the sum of `terms` at the factors m, then its density at w, rad per sample.
-
-    The density omits lines and is at least 1e-300.
-    """
+    """Allan variance, U², of the sum of `terms` at the factors m, then its density (`_density`) at w, rad per sample."""
     return np.concatenate([allan_variance_of(terms, m), _density(terms, w)])
 
 
@@ -237,10 +222,7 @@ def _ar1_curves(decays: Array, m: Array, w: Array) -> Array:
 
 
 def _density(terms: Sequence[Term], w: Array) -> Array:
-    """Array: two-sided spectrum, U² per cycle per sample, of the sum of terms without lines, at w rad per sample.
-
-    It is at least 1e-300, so that logarithms and ratios are finite.
-    """
+    """Two-sided spectrum, U² per cycle per sample, without lines; at least 1e-300 to keep logarithms and ratios finite."""
     return np.maximum(density_of(terms, w), 1e-300)
 
 

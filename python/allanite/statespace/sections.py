@@ -42,16 +42,8 @@ from allanite.effects.terms import (
 class Section:
     """Block of a state space: s ← F s + w, cov w = Q, which adds H s and white noise of variance R to the samples.
 
-    Attributes
-    ----------
-    F, Q, P0 : ndarray, shape (d, d)
-    H : ndarray, shape (d,)
-    R : float
-        Variance of additional white noise.
-    terms : tuple of Term
-        The same process as primitive terms; empty if an earlier section contains them.
-    diffuse : bool
-        True if the initial level of its first state is unknown; P0 is 0 there.
+    `terms` are the same process as primitive terms; empty if an earlier section contains them. `diffuse` says that the
+    initial level of its first state is unknown; P0 is 0 there.
     """
 
     F: Array
@@ -74,13 +66,7 @@ class Section:
 
 
 def sections_of(terms: Iterable[Term], n: int) -> list[Section]:
-    """List of `Section` (blocks of a state space) whose sum has the covariance of all `terms`, for up to `n` samples.
-
-    Raises
-    ------
-    InputError
-        A term that has no state space.
-    """
+    """List of `Section` whose sum has the covariance of all `terms`, for up to `n` samples."""
     terms = tuple(terms)
     white = sum(t.variance for t in terms if isinstance(t, White))
     exponentials = [t for t in terms if isinstance(t, Exponential)]
@@ -181,8 +167,8 @@ def _exponential(term: Exponential) -> Section | None:
 def _driven_together(terms: Sequence[Exponential]) -> Section | None:
     """Section of rotating pairs of states that one white noise drives: a band of resonators in series; None for others.
 
-    The complex amplitudes z_k of the pairs have E[z_k z̄_l] ∝ b_k b̄_l/(−λ_k − λ̄_l) with λ = ln φ and
-    b_k = 1/Π_j(λ_k − λ_j). None unless the amplitudes of the terms are the sums of these over l.
+    The complex amplitudes z_k of the pairs have E[z_k z̄_l] ∝ b_k b̄_l/(−λ_k − λ̄_l) with λ = ln φ and b_k = 1/Π_j(λ_k −
+    λ_j). None unless the amplitudes of the terms are the sums of these over l.
     """
     phi = np.array([complex(t.phi) for t in terms])
     if len(terms) < 2 or np.any(phi.imag == 0.0):
@@ -210,10 +196,7 @@ def _arma(terms: tuple[Term, ...]) -> Section:
 
 
 def _harvey(gain: float, b: list[float], a: list[float], terms: tuple[Term, ...]) -> Section:
-    """Section of the ARMA process `gain`·b(1/z) / (1 + a[0]/z + a[1]/z² + …), in Harvey's state-space form.
-
-    b[0] is the coefficient of the present white sample. `terms` describe the same process and become those of the section.
-    """
+    """Section of the ARMA process `gain`·b(1/z) / (1 + a[0]/z + a[1]/z² + …), in Harvey's state-space form."""
     d = max(1 + max((i for i, value in enumerate(b) if value), default=0), len(a))
     F = np.eye(d, k=1)
     F[: len(a), 0] = -np.array(a)
@@ -251,8 +234,7 @@ def _moving_average(lags: tuple[float, ...]) -> Section:
 def _difference(phi: float, variance: float, terms: tuple[Term, ...] = ()) -> Section:
     """Section of the differences u(k) − u(k−1) of an AR(1) process u with the coefficient `phi` and this variance.
 
-    `terms` describe the autocovariance of the differences. By default, they are an exponential and white noise, for which
-    `phi` must not be 0.
+    Without `terms` of the differences, `phi` must not be 0.
     """
     F = np.array([[phi, 0.0], [1.0, 0.0]])
     Q = np.diag([variance * (1.0 - phi**2), 0.0])
@@ -270,7 +252,7 @@ def _difference(phi: float, variance: float, terms: tuple[Term, ...] = ()) -> Se
 def _running_sum(phi: float, variance: float, terms: tuple[Term, ...]) -> Section:
     """Section of the running sum z(k+1) = z(k) + u(k) of an AR(1) process u with this variance; z(0) is unknown.
 
-    `terms` (its covariance) become those of the section; they may be empty if another section contains them.
+    `terms` (its covariance) may be empty if another section contains them.
     """
     F = np.array([[1.0, 1.0], [0.0, phi]])
     Q = np.diag([0.0, variance * (1.0 - phi**2)])
@@ -281,7 +263,7 @@ def _running_sum(phi: float, variance: float, terms: tuple[Term, ...]) -> Sectio
 def _power_law(exponent: float, level: float, n: int) -> list[Section]:
     """List of `Section` whose sum has the spectrum level·(2 sin(w/2))^exponent, w in rad per sample.
 
-    The error is below 0.1 % from 1/(4n) to ½ cycles per sample. Empty for the level 0; one random walk for exponent −2.
+    The error is below 0.1 % from 1/(4n) to ½ cycles per sample.
     """
     if level == 0.0:
         return []
@@ -324,11 +306,11 @@ def allan_variance_of(terms: Iterable[Term], m: Array) -> Array:
 
 
 def filtered_section(sections: Sequence[Section], filtering: Filter, rate: float) -> Section:
-    """`Section` (block of a state space) for the sum of all `sections` after the filter, at the sampling rate `rate` (Hz).
+    """`Section` of the sum of all `sections` after the filter, at the sampling rate `rate` (Hz).
 
     White noise becomes a state, because it drives the filter's states as well as the sample. A state of unknown level comes
-    first, unless the filter blocks this level; then it is omitted. The filter's states are relative to their equilibrium at
-    the level, so that they are stationary.
+    first, unless the filter blocks this level. The filter's states are relative to their equilibrium at the level, so that
+    they are stationary.
     """
     from scipy.linalg import block_diag
 

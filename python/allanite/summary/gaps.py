@@ -21,12 +21,7 @@ def fill_missing(x: Array) -> Array:
 
     A run of more than 16 samples, or within 24 samples of an end, is filled by mirror images of both sides. Any other run
     is a normal draw given its neighbors, with the autocovariance of all samples. The fill preserves the spectrum and is
-    reproducible.
-
-    Raises
-    ------
-    TooShortError
-        All samples are missing.
+    reproducible. `TooShortError` if all samples are missing.
     """
     bad = np.isnan(x)
     if not bad.any():
@@ -42,10 +37,9 @@ def fill_missing(x: Array) -> Array:
 def _fill_by_mirror_images(x: Array, bad: NDArray[np.bool_], starts: Places, ends: Places) -> Array:
     """Copy of `x` in which each missing run `starts` … `ends` − 1 is filled by mirror images of both sides.
 
-    A run of k samples uses the mean of k samples on each side. The filled values are the line between the two means,
-    plus the mirrored deviations of both sides from these means. The squares of the weights of both sides sum to 1. The
-    filled run has the noise level of its surroundings at all frequencies and joins its neighbors without a step. If one
-    mirror image lacks a sample, only the other one is used; if both lack it, only the line.
+    A run of k samples is the line between the means of k samples on each side, plus the mirrored deviations from these
+    means. The squares of the weights of both sides sum to 1, so that the run has the noise level of its surroundings at all
+    frequencies. If a mirror image lacks a sample, only the other one is used; if both lack it, only the line.
     """
     sizes = ends - starts
     total = np.concatenate([[0.0], np.cumsum(np.where(bad, 0.0, x))])
@@ -80,8 +74,7 @@ def _fill_by_mirror_images(x: Array, bad: NDArray[np.bool_], starts: Places, end
 def _redraw_short_runs(x: Array, seen: NDArray[np.bool_], starts: Places, sizes: Places) -> None:
     """Replace filled values of missing runs of up to 16 samples in `x`, in place, by random draws given their neighbors.
 
-    `starts` and `sizes` are the first indices and the lengths of the runs, `seen` is True for present samples. The draws
-    are normal with the autocovariance of `x`; their seed follows from `x`. Runs within 24 samples of an end are unchanged.
+    `seen` is True for present samples. Runs within 24 samples of an end are unchanged.
     """
     inside = (
         (sizes <= MAX_DRAWN_RUN) & (starts >= NEIGHBORS) & (starts + sizes + NEIGHBORS <= x.size)
@@ -109,8 +102,7 @@ def _neighbor_offsets(size: int) -> Places:
 def _conditional_normal(lags: Array, size: int) -> tuple[Array, Array]:
     """Tuple (weights, root) of the normal distribution of a run of `size` samples, given 24 neighbors on each side.
 
-    The mean is neighbors @ weights, shape (48, size), and the covariance is root @ root.T, shape (size, size). `lags` is
-    the autocovariance at lags 0, 1, …
+    The mean is neighbors @ weights, shape (48, size), and the covariance is root @ root.T. `lags` is the autocovariance.
     """
     neighbors, own = _neighbor_offsets(size), np.arange(size)
     among = lags[np.abs(neighbors[:, None] - neighbors)]
@@ -124,8 +116,8 @@ def _conditional_normal(lags: Array, size: int) -> tuple[Array, Array]:
 def _autocovariance(x: Array, seen: NDArray[np.bool_], lags: int) -> Array:
     """Autocovariance at lags 0 … `lags` − 1, shape (lags,), estimated as variance minus half the mean squared difference.
 
-    Only pairs of present samples count; 0 at lags without pairs. `x` is 0 where a sample is missing (`seen` is False).
-    For a random walk, this estimate is far more precise than the mean of products.
+    Only pairs of present samples count; 0 at lags without pairs. `x` must be 0 where `seen` is False. For a random walk,
+    this estimate is far more precise than the mean of products.
     """
     from scipy.fft import irfft, next_fast_len, rfft
 

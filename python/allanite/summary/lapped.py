@@ -25,10 +25,9 @@ FILTER_BETA, WINDOW_ALPHA = 10.06, 4.0
 
 @lru_cache(maxsize=1)
 def _half_band_weights() -> Array:
-    """Half of the symmetric weights of the low-pass that halves the rate, shape (REACH,). Cached.
+    """Half of the symmetric weights of the low-pass that halves the rate, shape (REACH,).
 
-    The filter is symmetric about the middle between two samples. Weight i belongs to the two samples that are i + ½
-    samples away from this middle.
+    Weight i belongs to the two samples that are i + ½ samples away from the middle between two samples.
     """
     at = np.arange(REACH) + 0.5
     taps = 0.5 * np.sinc(at / 2.0) * np.i0(FILTER_BETA * np.sqrt(1.0 - (at / REACH) ** 2))
@@ -36,10 +35,7 @@ def _half_band_weights() -> Array:
 
 
 def low_pass_gain(f: Array, halvings: int) -> Array:
-    """Amplitude response of the low-pass after `halvings` halvings of the rate, shape of `f`.
-
-    The frequencies `f` are in cycles per sample of the first level.
-    """
+    """Amplitude response of the low-pass after `halvings` halvings; `f` is in cycles per sample of the first level."""
     out, at = np.ones_like(f), np.arange(REACH) + 0.5
     for level in range(halvings):
         w = 2.0 * np.pi * f * 2.0**level
@@ -66,8 +62,7 @@ def halved(x: Array) -> Array:
 def _window() -> tuple[Array, Array]:
     """Tuple (after, before): the rising slope of the transform window, around the border at which a segment begins.
 
-    Both have shape (`SEGMENT`/2,), with values at ½, 1½, … samples from the border. `after` the border the slope
-    continues to 1. `before` the border, going backwards, it falls to 0. The result is cached.
+    Both have shape (`SEGMENT`/2,), with values at ½, 1½, … samples from the border, `before` going backwards.
     """
     rise = np.cumsum(np.kaiser(SEGMENT + 1, np.pi * WINDOW_ALPHA))
     rise = np.sqrt(rise[:-1] / rise[-1])
@@ -77,8 +72,7 @@ def _window() -> tuple[Array, Array]:
 def _fold_at_border(zones: Array) -> tuple[Array, Array]:
     """Tuple (before, after): windowed and folded samples for the transform segments before and after a border.
 
-    `zones` has `SEGMENT`/2 samples on each side of the border in the last axis. Both arrays have `SEGMENT`/2 samples
-    there and begin at the border.
+    `zones` has `SEGMENT`/2 samples on each side of the border in the last axis. Both arrays begin at the border.
     """
     half = SEGMENT // 2
     after, before = _window()
@@ -89,8 +83,7 @@ def _fold_at_border(zones: Array) -> tuple[Array, Array]:
 def segments(x: Array) -> Array:
     """Coefficients of the lapped transform of consecutive segments of `SEGMENT` samples, shape (segments, SEGMENT).
 
-    Neighboring segments overlap. `x` therefore has `SEGMENT`/2 further samples before the first and after the last
-    segment.
+    `x` has `SEGMENT`/2 further samples before the first and after the last segment, because neighboring segments overlap.
     """
     return kernel().segments(np.ascontiguousarray(x)).reshape(-1, SEGMENT)
 
@@ -98,14 +91,8 @@ def segments(x: Array) -> Array:
 def transform_at_end(x: Array, left: bool, right: bool) -> Array:
     """Coefficients of the lapped transform of the first or the last segment of a record, or of a whole record.
 
-    There is one coefficient per sample of the segment. The mean of `x` is subtracted first.
-
-    Parameters
-    ----------
-    x : ndarray
-        The segment, with `SEGMENT`/2 samples more on each side on which the record continues.
-    left, right : bool
-        True if the record ends on this side.
+    `left` and `right` are True if the record ends on this side; on the others, `x` has `SEGMENT`/2 samples more than the
+    segment. The mean of `x` is subtracted first.
     """
     from scipy.fft import dct
 

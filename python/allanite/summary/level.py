@@ -34,16 +34,10 @@ MAX_MISSING_SHARE = 1.0 / 8.0
 
 @dataclass(slots=True, eq=False, kw_only=True)
 class Octave:
-    """Power of one level: of each coefficient from `LOW`, summed over all segments, and in bands over time.
+    """Power of one level, summed over `frames` transform segments, and in bands over time.
 
-    Attributes
-    ----------
-    power : Sum, shape (coefficients,)
-        Power of the coefficients from `LOW` to twice `LOW`; on the first level to the last.
-    frames : float
-        Number of segments summed.
-    blocks, sections : Blocks
-        Power over time in `BANDS` and in `FINE` bands.
+    `power` is that of the coefficients from `LOW` to twice `LOW`; on the first level to the last. `blocks` is the power
+    over time in `BANDS`, `sections` in `FINE` bands.
     """
 
     power: Sum = field(default_factory=lambda: Sum.zeros(0))
@@ -66,17 +60,9 @@ class Octave:
 class Level(Octave):
     """Level of a pyramid: samples `start` … `stop` − 1 of a stream at 2^−depth of its rate, or their power and ends.
 
-    Attributes
-    ----------
-    head : list of ndarray
-        Samples up to the margin of the first finished tile; all samples if no tile is finished.
-    tail : list of ndarray
-        Samples from the margin of the last finished tile on.
-    tiles : (int, int)
-        First finished tile, and the tile after the last finished one.
-    deeper : Level or None
-    threads : int
-        Threads of the compiled loops; results do not depend on them.
+    `head` holds the samples up to the margin of the first finished tile, all samples if no tile is finished. `tail` holds
+    those from the margin of the last finished tile on. `tiles` are the first finished tile and the one after the last.
+    Results do not depend on `threads`.
     """
 
     depth: int
@@ -100,17 +86,14 @@ class Level(Octave):
         return self.tiles is None
 
     def samples(self) -> Array:
-        """Array of the kept samples at the beginning: all samples if `whole`, else those up to the first halved tile.
-
-        The latter include `MARGIN` samples of this tile (a block of `TILE` samples).
-        """
+        """Kept samples at the beginning: all if `whole`, else up to the margin of the first finished tile."""
         return _joined(self.head)
 
     def extend(self, *pieces: Array) -> None:
         """Append the samples that follow, in one or more arrays, to this level, and at half the rate to the deeper levels.
 
-        A level with more than `MAX_KEPT_SAMPLES` samples keeps only those at both of its ends, and the power of the
-        others. Kept samples are copied, so that the caller may reuse the memory.
+        A level with more than `MAX_KEPT_SAMPLES` samples keeps only those at both of its ends, and the power of the others.
+        Kept samples are copied, because the caller may reuse the memory.
         """
         self.stop += sum(x.size for x in pieces)
         if not self.whole:
@@ -131,11 +114,7 @@ class Level(Octave):
             self._finish_tail(first, remaining)
 
     def _finish_tail(self, tile: int, x: Array) -> None:
-        """Halve the rate of all complete tiles from index `tile` on, in place; the samples are the tail followed by `x`.
-
-        A tile is a block of `TILE` samples. The remaining samples become the tail. The samples at half the rate are
-        appended to the deeper level. Returns None.
-        """
+        """Halve the rate of all complete tiles from index `tile` on, in place; the samples are the tail followed by `x`."""
         assert self.tiles is not None
         tail = _joined(self.tail)
         end = (self.stop - MARGIN) // TILE
@@ -160,10 +139,9 @@ class Level(Octave):
             self.deeper.extend(*halves)
 
     def halve_tiles(self, first: int, x: Array) -> Array:
-        """Array of the samples of consecutive tiles (blocks of `TILE` samples) at half the rate, shape (n / 2,).
+        """Samples of consecutive tiles at half the rate, shape (n / 2,); adds their power to this level.
 
-        Side effect: adds the spectral power of the tiles to this level. `first` is the index of the first tile. `x` has
-        `MARGIN` more samples than the tiles at both ends.
+        `first` is the index of the first tile. `x` has `MARGIN` more samples than the tiles at both ends.
         """
         count = (x.size - 2 * MARGIN) // TILE
         out: list[Array] = []
@@ -210,10 +188,7 @@ class Level(Octave):
 
     @classmethod
     def restored(cls, state: dict[str, Any]) -> Level:
-        """`Level`, with its deeper levels, from the dict that `state()` returned.
-
-        `sections`, the map of power in narrow bands, is empty if an old file has none.
-        """
+        """`Level`, with its deeper levels, from the dict that `state()` returned; old files have no `sections`."""
         sections = (
             Blocks.restored(state["sections"], SECTIONS)
             if "sections" in state
@@ -232,10 +207,7 @@ class Level(Octave):
 
 
 def join_levels(left: Level, right: Level) -> Level:
-    """`Level` that joins two adjacent levels of one depth, `left` before `right`.
-
-    It is one of the two, changed; do not use them afterwards. The deeper levels are joined, too.
-    """
+    """`Level` that joins two adjacent levels of one depth; do not use `left` and `right` afterwards."""
     if right.whole:
         left.extend(right.samples())
         return left
@@ -274,8 +246,8 @@ def halve_tile(x: Array, spectral: bool) -> tuple[Array, Array, float]:
     """Tuple (samples of one tile at half the rate, summed power of each coefficient, number of transform segments summed).
 
     `x` has `MARGIN` more samples than the tile at both ends. Samples in long gaps are NaN. Transform segments with more
-    than 1/8 missing samples are not summed. Without `spectral`, or with fewer than 16 present samples, power and number
-    are 0.
+    than 1/8 missing samples are not summed. Without `spectral`, or with fewer than 16 present samples, power and number are
+    0.
     """
     gaps = np.isnan(x)
     lost = None
@@ -308,20 +280,16 @@ def long_gap_mask(gaps: NDArray[np.bool_]) -> NDArray[np.bool_]:
 
 
 def add_bands(to: Octave, tile: int, power: Array, frames: float) -> None:
-    """Add `power`, shape (tiles, `FINE`), of consecutive tiles in each band to both maps of power over time of `to`.
+    """Add `power`, shape (tiles, `FINE`), of consecutive tiles to both maps of power over time of `to`, in place.
 
-    The maps are `to.blocks`, in `BANDS` wider bands, and `to.sections`; both are changed in place. `tile` is the index of
-    the first tile, `frames` the number of transform segments per tile.
+    `tile` is the index of the first tile, `frames` the number of transform segments per tile.
     """
     to.blocks.add(tile, power.reshape(power.shape[0], BANDS, -1).sum(axis=2), frames)
     to.sections.add(tile, power, frames)
 
 
 def band_sums(power: Array) -> Array:
-    """Sums of the power of an octave (1-D array of its coefficients) over each of its `FINE` bands, shape (FINE,).
-
-    The bands are consecutive, with equal numbers of coefficients up to rounding.
-    """
+    """Power of an octave, given that of its coefficients, in each of `FINE` consecutive bands, shape (FINE,)."""
     return np.add.reduceat(power, [power.size * band // FINE for band in range(FINE)])
 
 

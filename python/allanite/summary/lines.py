@@ -21,15 +21,7 @@ MAX_RELATIVE_EXCESS = 0.1
 
 @dataclass(frozen=True, slots=True)
 class Line:
-    """Spectral line of unknown phase.
-
-    Attributes
-    ----------
-    frequency, width : float
-        Frequency and its uncertainty, Hz.
-    amplitude : float
-        Mean amplitude over the record, U.
-    """
+    """Spectral line of unknown phase: frequency and its uncertainty `width`, Hz, and mean amplitude over the record, U."""
 
     frequency: float
     width: float
@@ -39,7 +31,7 @@ class Line:
 def octave_power(reading: Reading, level: int) -> Array:
     """Mean power of each transform coefficient of the octave with index `level`, U² per sample of the record.
 
-    Shape (coefficients,). The attenuation of the low-pass is divided out.
+    The attenuation of the low-pass is divided out.
     """
     octave = reading.octaves[level]
     m = np.arange(LOW, LOW + octave.power.high.size, dtype=np.float64)
@@ -50,9 +42,8 @@ def octave_power(reading: Reading, level: int) -> Array:
 def without_lines(reading: Reading, level: int, rate: float) -> tuple[Array, list[Line]]:
     """Tuple (power of one octave without spectral lines, shape (coefficients,); list of the lines, most significant first).
 
-    The octave is the one with index `level`. Its power is that of `octave_power`. The median of the neighbors replaces
-    each line. A line is more significant if its power is larger, relative to this median. At most 32 lines: the search
-    ends at the first peak that is too weak (normal score below 5.6) or too wide.
+    The median of the neighbors replaces each line, and significance is relative to it. At most 32 lines: the search ends at
+    the first peak that is too weak (normal score below 5.6) or too wide.
     """
     power = octave_power(reading, level)
     freedom = max(reading.octaves[level].frames, 1.0)

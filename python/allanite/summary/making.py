@@ -86,11 +86,10 @@ def summary_of_chunks(
     threads: int,
     taus_per_octave: int = TAUS_PER_OCTAVE,
 ) -> Summary:
-    """`Summary` as `summarize` returns it, computed with `threads` threads.
+    """`Summary` as `summarize` returns it, computed with `threads` threads, whose number does not change the result.
 
-    The number of threads does not change the result. Use one thread if other tasks occupy the processors.
-    `taus_per_octave` is the number of averaging times of the Allan curve per octave. Raises the errors of `summarize`, and
-    `InputError` for a negative `start`.
+    Use one thread if other tasks occupy the processors. `taus_per_octave` is that of the Allan curve. Raises the errors of
+    `summarize`, and `InputError` for a negative `start`.
     """
     if start < 0:
         raise InputError(f"start is {start}: the index of the first sample, from 0")
@@ -138,8 +137,7 @@ def _batches_of_rows(
 ) -> Iterator[list[NDArray[Any]]]:
     """Iterator over lists of one array per column and covariate, each list with the next rows of the tables.
 
-    The arrays of a list have the same number of rows: 2¹⁹ divided by the number of columns and covariates, at least 2¹⁸.
-    The last list may have fewer rows. If the tables lie in the file mapping `mapped`, its memory is released after use.
+    The memory of the file mapping `mapped`, in which the tables lie, is released after use.
     """
     seen, count = 0, tables[0].shape[1]
     step = max(MIN_ROWS_AT_ONCE, SAMPLES_AT_ONCE // sum(map(len, tables)))
@@ -180,10 +178,7 @@ def _memory_mapping(chunk: Any) -> mmap.mmap | None:
 
 
 def _chunks_of(chunks: Any) -> Iterable[Any]:
-    """Iterable of chunks: `chunks` itself, or ``[chunks]`` if it is one recording, array, table or list of numbers.
-
-    Raises `InputError` for an object that is not iterable.
-    """
+    """Iterable of chunks: `chunks` itself, or ``[chunks]`` if it is one recording, array, table or list of numbers."""
     if isinstance(chunks, (Recording, np.ndarray)) or hasattr(chunks, "__array__"):
         return [chunks]
     if isinstance(chunks, (list, tuple)) and chunks and np.isscalar(chunks[0]):
@@ -199,7 +194,7 @@ def _tables_of(
     """Tuple (list of tables of a chunk, shape (columns, n) each; dict with its rate, units, names and path).
 
     The first table holds the columns; each covariate has a table of its own, shape (1, n). A recording overrides the
-    arguments, and its increments become rates. Raises `InputError` for angles and unusable arrays, and without a rate.
+    arguments, and its increments become rates.
     """
     if isinstance(chunk, Recording):
         if chunk.quantity == "angle":

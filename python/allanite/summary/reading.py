@@ -33,14 +33,8 @@ from allanite.summary.sums import Sum
 class Reading:
     """Column of a summary, or of a segment of it: octaves of its spectrum, and samples for the frequencies below them.
 
-    Attributes
-    ----------
-    octaves : tuple of Octave
-        Octaves from the highest frequency down, one for each halving of the rate.
-    samples : ndarray, shape (m,)
-        Samples at 2^−len(octaves) of the rate; NaN where too many are missing.
-    start : int
-        Index of the first of these samples, at their rate.
+    `octaves` go from the highest frequency down. `samples` are at 2^−len(octaves) of the rate, NaN where too many are
+    missing; `start` is the index of the first one, at their rate.
     """
 
     octaves: tuple[Octave, ...]
@@ -56,10 +50,10 @@ class Reading:
 
 
 def read_column(levels: list[Level], depth: int | None = None) -> Reading:
-    """`Reading` (spectrum in octaves, and low-rate samples) of one column from the levels of its stream segments.
+    """`Reading` of one column from the levels of its stream segments, in time order; samples between segments are NaN.
 
-    The levels are in time order; samples between segments are NaN. `depth` is the number of octaves. By default, it is
-    the smallest depth at which every segment keeps all samples and the total is at most 2^19 samples.
+    `depth` is the number of octaves. By default, it is the smallest depth at which every segment keeps all samples and the
+    total is at most 2^19 samples.
     """
     if depth is None:
         depth = max(depth_of(level) for level in levels)
@@ -90,7 +84,7 @@ def depth_of(level: Level) -> int:
 def read_segment(level: Level, depth: int) -> Reading:
     """`Reading` of a stream segment: power in `depth` octaves, and the samples after `depth` halvings of the rate.
 
-    `level` is the level of the segment at the full rate. Raises `AssertionError` if `depth` is below `depth_of(level)`.
+    `level` is that at the full rate. `depth` must be at least `depth_of(level)`.
     """
     octaves = []
     before, after = np.zeros(0), np.zeros(0)
@@ -130,11 +124,11 @@ def read_segment(level: Level, depth: int) -> Reading:
 def _halved_end(
     found: Octave, x: Array, start: int, record_ends: tuple[bool, bool], level: Level
 ) -> Array:
-    """Array of `x`, the samples at one end of a level, at half the rate. Side effect: adds the power of `x` to `found`.
+    """Array of `x`, the samples at one end of a level, at half the rate; adds the power of `x` to `found`.
 
-    The result is NaN in long gaps, and everywhere if `x` is too short for the filter or all samples are missing. `x`
-    begins at index `start`. The two flags `record_ends` say whether the record begins and ends with `x`. On any other
-    side, `x` has `MARGIN` samples more than the result covers. Power is added only if `level.spectral`.
+    The result is NaN in long gaps, and everywhere if `x` is too short for the filter or all samples are missing. `x` begins
+    at index `start`. `record_ends` says whether the record begins and ends with `x`. On any other side, `x` has `MARGIN`
+    samples more than the result covers.
     """
     if record_ends[0] and start % 2:
         x, start = x[1:], start + 1
@@ -171,11 +165,10 @@ def _add_segments(
     span: tuple[int, int],
     record_ends: tuple[bool, bool],
 ) -> None:
-    """Add the power of the transform segments that lie within the indices `span` to `found`, in place. Returns None.
+    """Add the power of the transform segments that lie within the indices `span` to `found`, in place.
 
     `x` are samples from index `start` on; `gaps` is True for those that were missing and filled. Transform segments with
-    more than 1/8 filled samples are omitted. The two flags `record_ends` say whether the record begins and ends with the
-    span. There, a remainder of less than half a segment is added to the segment beside it.
+    more than 1/8 filled samples are omitted. `record_ends` says whether the record begins and ends with the span.
     """
     low, high = span
     borders = np.arange(-(-low // SEGMENT), high // SEGMENT + 1) * SEGMENT

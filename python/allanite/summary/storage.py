@@ -29,10 +29,7 @@ SCHEMA = "allanite/summary/1"
 
 
 def save(summary: Summary, path: str | Path) -> None:
-    """Write a summary to a file in NumPy's NPZ format, whatever the suffix.
-
-    An existing file is replaced only after the new file is complete.
-    """
+    """Write a summary in NumPy's NPZ format, whatever the suffix; an existing file stays until the new one is complete."""
     with whole_file(path) as draft:
         arrays: dict[str, Any] = {}
 
@@ -58,10 +55,7 @@ def save(summary: Summary, path: str | Path) -> None:
 
 
 def load(cls: type[Summary], path: str | Path) -> Summary:
-    """`Summary` from a file that `save` wrote. Raises `InputError` for a missing or damaged file.
-
-    Also for a file of another schema, or one too large for the memory.
-    """
+    """`Summary` from a file that `save` wrote; `InputError` for a missing, damaged, too large or other file."""
     source = Path(path)
     with about(source), invalid_as_input_error("damaged, or not a summary"):
         try:

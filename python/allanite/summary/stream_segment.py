@@ -26,16 +26,8 @@ SAMPLES_AT_ONCE = 1 << 16
 class Extremes:
     """Counts, extremes and moments of the differences of consecutive samples of a column.
 
-    Attributes
-    ----------
-    count, missing, gaps : int
-        Number of present samples, of missing samples, and of gaps.
-    low, high : (float, int)
-        Smallest and largest sample and its index in the stream.
-    steps : Sum, shape (4,)
-        Number of differences d of neighbors, number of zeros among them, Σd², Σd⁴.
-    ends : (float, float)
-        First and last sample; NaN if missing.
+    `low` and `high` are the smallest and largest sample and its index in the stream. `steps`, shape (4,), are the number of
+    differences d of neighbors, number of zeros among them, Σd², Σd⁴. `ends` are the first and last sample; NaN if missing.
     """
 
     count: int = 0
@@ -47,7 +39,7 @@ class Extremes:
     ends: tuple[float, float] | None = None
 
     def update(self, x: Array, at: int) -> None:
-        """Add consecutive samples to all attributes, in place; `at` is the index of the first one in its stream.
+        """Add consecutive samples in place; `at` is the index of the first one in its stream.
 
         NaN counts as missing, and a run of NaN as one gap. Equal extremes keep the first index.
         """
@@ -82,10 +74,7 @@ class Extremes:
         self.steps.add(np.array(found, dtype=np.float64))
 
     def merge(self, other: Extremes) -> None:
-        """Add the counts, extremes and steps of `other`, the segment that follows this one, in place.
-
-        An empty `other` changes nothing; of equal extremes the first stays.
-        """
+        """Add `other`, the segment that follows this one, in place; of equal extremes the first stays."""
         if other.ends is None:
             return
         if self.ends is not None:
@@ -151,17 +140,14 @@ class StreamSegment:
         )
 
     def update(self, columns: list[NDArray[Any]]) -> None:
-        """Append the next samples to the segment, in place.
-
-        `columns` are arrays of equal length, one for each column and then one for each covariate.
-        """
+        """Append the next samples in place: arrays of equal length, one for each column and then one for each covariate."""
         for task in self.tasks(columns):
             task()
 
     def tasks(self, columns: list[NDArray[Any]]) -> list[Callable[[], None]]:
         """List of functions that together append `columns`, as `update` does; they may run in parallel.
 
-        The caller must run all of them before the next call. Side effect: `stop`, the end index, is increased at once.
+        The caller must run all of them before the next call: `stop` increases at once.
         """
         values = [np.require(x, np.float64, ["C", "A"]) for x in columns]
         at = self.stop
@@ -177,10 +163,7 @@ class StreamSegment:
         ]
 
     def merge(self, other: StreamSegment) -> None:
-        """Append `other`, the segment that begins where this segment ends, in place.
-
-        Do not use `other` afterwards: its arrays are shared.
-        """
+        """Append `other`, the segment that begins where this one ends, in place; do not use `other` afterwards."""
         self.levels = [join_levels(a, b) for a, b in zip(self.levels, other.levels, strict=True)]
         for curve, theirs in zip(self.curves, other.curves, strict=True):
             curve.merge(theirs)
@@ -223,10 +206,7 @@ class StreamSegment:
 def _update_column(
     curve: Accumulator, extremes: Extremes, at: int, given: NDArray[Any], x: Array
 ) -> None:
-    """Add the samples from index `at` on to the Allan curve and the extremes of a column, in place.
-
-    `x` are the samples `given` as float64.
-    """
+    """Add the samples from index `at` on to Allan curve and extremes of a column; `x` is `given` as float64."""
     # The curve of integers is exact, so that they are not converted.
     whole = given if given.dtype.kind in "iu" else x
     for first in range(0, x.size, SAMPLES_AT_ONCE):

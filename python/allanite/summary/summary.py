@@ -336,10 +336,7 @@ def _warning(column: str, kind: str, text: str, **values: float) -> Finding:
 
 
 def _deviation_of_stream(curves: list[Accumulator]) -> Deviation:
-    """`Deviation` (Allan) of a whole stream from the accumulators of its segments in time order.
-
-    Samples between segments are missing.
-    """
+    """Allan `Deviation` of a stream from those of its segments in time order; samples between are missing."""
     if len(curves) == 1:
         return curves[0].oadev()
     whole = curves[0].__copy__()

@@ -49,16 +49,8 @@ class Sum:
 class Blocks:
     """Map of power over time and frequency bands: sums of 2^size consecutive tiles, aligned to sample 0 of the stream.
 
-    Attributes
-    ----------
-    size : int
-        Log2 of the tiles in a block; it grows so that there are at most `most` blocks.
-    first : int
-        Index of the first block.
-    sums : Sum, shape (blocks, bands)
-    frames : ndarray, shape (blocks,)
-        Number of transform segments in each block.
-    most : int
+    `first` is the index of the first block. `sums` has shape (blocks, bands). `frames` is the number of transform segments
+    in each block. `size` grows so that there are at most `most` blocks.
     """
 
     size: int
@@ -79,10 +71,7 @@ class Blocks:
         return cls(state["size"], state["first"], sums, state["frames"], most)
 
     def add(self, tile: int, power: Array, frames: float) -> None:
-        """Add `power`, shape (tiles, bands), of consecutive tiles (blocks of samples) to their time blocks, in place.
-
-        `tile` is the index of the first tile. Each tile has `frames` transform segments.
-        """
+        """Add `power`, shape (tiles, bands), of tiles from index `tile` on, with `frames` transform segments each."""
         end = tile + power.shape[0]
         self._extend_to(tile >> self.size, ((end - 1) >> self.size) + 1)
         at = tile
@@ -96,10 +85,7 @@ class Blocks:
             at = until
 
     def merge(self, other: Blocks) -> None:
-        """Add the blocks of `other`, another segment of the same stream, in place; the finer of both is coarsened first.
-
-        `other` is unchanged; an empty one changes nothing.
-        """
+        """Add the blocks of `other`, another segment of the same stream; the coarser size of both remains."""
         if other.frames.size == 0:
             return
         while self.size < other.size:
@@ -117,11 +103,7 @@ class Blocks:
         self.frames[place] += theirs.frames
 
     def _extend_to(self, first: int, end: int) -> None:
-        """Extend the map, in place, by empty time blocks, so that it contains the blocks with indices first … end − 1.
-
-        The indices count blocks of the size before the call. While there are more than `most` blocks, neighbors are
-        merged in pairs, which doubles the size.
-        """
+        """Extend the map to the block indices first … end − 1, then coarsen it to at most `most` blocks."""
         if self.frames.size == 0:
             self.first = first
         low, high = min(first, self.first), max(end, self.first + self.frames.size)
@@ -140,10 +122,7 @@ class Blocks:
             self._coarsen()
 
     def _coarsen(self) -> None:
-        """Merge pairs of neighboring time blocks in place, so that a block has twice as many tiles.
-
-        A block without a neighbor is merged with an empty one.
-        """
+        """Merge pairs of neighboring time blocks in place; a block without a neighbor is merged with an empty one."""
         count = self.frames.size
         odd = self.first % 2
         pad = ((odd, (odd + count) % 2), (0, 0))
