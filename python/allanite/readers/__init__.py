@@ -141,22 +141,10 @@ def read(
 
 @takes_parameters_of(read)
 def read_sensors(path: Log, **options: Any) -> list[Recording]:
-    """List of one or two recordings of a log: the one `read` returns, then the other sensor of the device.
+    """Recordings of a log: the one that `read` returns, then that of the other sensor of the device, if any.
 
-    Some devices log gyroscope and accelerometer as two topics with different rates; only such a log gives two
-    recordings.
-
-    Parameters
-    ----------
-    path : str, Path or data frame
-        Log, as in `read`.
-    **options
-        Options of `read`. If a topic is given, only this topic is read.
-
-    Returns
-    -------
-    list of Recording
-        One recording, or one of the gyroscope and one of the accelerometer.
+    Some devices log gyroscope and accelerometer as two topics with different rates. Only these topics give a second
+    recording, and none if `options`, which are those of `read`, name a topic.
     """
     given = ReadOptions(**options)
     recording, others = _read_recording(path, given)
@@ -165,10 +153,7 @@ def read_sensors(path: Log, **options: Any) -> list[Recording]:
 
 
 def _read_recording(path: Any, options: ReadOptions) -> tuple[Recording, tuple[str, ...]]:
-    """Tuple (recording, topics): recording of a log, and topics of the same device with another sampling rate.
-
-    The samples of these topics are not read; the tuple of topics is usually empty.
-    """
+    """Tuple (recording, topics): topics, often none, of the same device at another sampling rate; they are not read."""
     if is_frame(path):
         table = table_of(path)
         return _recording_of_table(None, options, table, layout_of(table, options)), ()
@@ -177,10 +162,7 @@ def _read_recording(path: Any, options: ReadOptions) -> tuple[Recording, tuple[s
         decided: list[Layout] = []
 
         def pick(first_rows: Table) -> Sequence[int]:
-            """Indices of the columns to read, decided from the first rows; also appends the layout to `decided`.
-
-            Raises `InputError` if the log is a table of deviations.
-            """
+            """Indices of the columns to read, decided from the first rows; appends the layout to `decided`."""
             refuse_deviation_table(first_rows)
             decided.append(layout_of(first_rows, options))
             return decided[0].used
@@ -193,10 +175,7 @@ def _read_recording(path: Any, options: ReadOptions) -> tuple[Recording, tuple[s
 def _recording_of_table(
     path: Path | None, options: ReadOptions, table: Table, layout: Layout
 ) -> Recording:
-    """`Recording` of the columns of a table that the layout selects, with all findings about the log and its columns.
-
-    Raises `InputError` if the requested rate contradicts the file or the stamps, and for columns of different lengths.
-    """
+    """`Recording` of the columns that the layout selects, with all findings about the log and its columns."""
     refuse_contradicting_rate(options, table.rate, None)
     covariates, dead = _covariates_with_values(table, layout)
     time, time_unit = _time_and_unit(table, layout, options)
@@ -247,14 +226,11 @@ MAX_RATE_DIFFERENCE = 1e-3
 def refuse_contradicting_rate(
     options: ReadOptions, stated: float | None, stamps: Stamps | None
 ) -> None:
-    """Raise `InputError` if the requested rate differs from the rate of the time stamps or from the `stated` rate (Hz).
+    """Raise `InputError` if the requested rate differs from that of the time stamps, or else from the `stated` one (Hz).
 
-    The time stamps are compared. If there are none, or if their unit is a guess, the stated rate is compared. Nothing is
-    raised without a requested rate, or if the options override the rate of the log.
-
-    The limit of the relative difference is 0.1 %. For time stamps it is three standard errors of their rate if that is
-    more. The standard error is the jitter of one interval divided by the length of the record. If several rows share a
-    stamp, the resolution of the stamps is added to the jitter.
+    Stamps whose unit is a guess are ignored. The limit is 0.1 %. For stamps it is at least three standard errors of
+    their rate: the jitter of one interval over the length of the record. If several rows share a stamp, the resolution
+    of the stamps is added to the jitter.
     """
     rate = options.rate_hz
     if rate is None or options.overrides_rate or not 0.0 < rate < np.inf:
@@ -278,11 +254,7 @@ def refuse_contradicting_rate(
 def _columns_with_rates(
     recording: Recording, options: ReadOptions, table: Table, layout: Layout
 ) -> list[LogColumn]:
-    """List of all columns of the layout, in its order; used columns get the sampling rate in Hz and its source.
-
-    The source is ``option`` (given), ``file`` (stated, or a time column outside of the columns), ``header`` (a time
-    column with a stated unit) or ``guess``. Unused columns are unchanged.
-    """
+    """All columns of the layout in its order; used columns get the sampling rate in Hz and its source."""
     stamps = recording.stamps
     if options.rate_hz is not None:
         source = "option"
@@ -300,11 +272,7 @@ def _columns_with_rates(
 
 
 def _time_and_unit(table: Table, layout: Layout, options: ReadOptions) -> tuple[Any, str | None]:
-    """Tuple (time stamps or None, unit of the stamps or None if it is not stated).
-
-    A time in several columns is joined to one array in seconds. Without a time column, the stamps are those of the
-    file; None if time is ignored.
-    """
+    """Tuple (time stamps or None, their unit or None if it is not stated)."""
     time, parts = layout.roles.time, layout.roles.parts
     if parts is not None:
         return parts.joined([table[i] for i in parts.columns]), "s"
@@ -317,18 +285,9 @@ def _time_and_unit(table: Table, layout: Layout, options: ReadOptions) -> tuple[
 def read_table(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:
     """Table with the picked columns of a log of any format; compressed logs are unpacked first.
 
-    Raises `InputError` for a missing, empty or damaged file, and `TooShortError` for a log without rows. A folder is a
-    ROS 2 bag or a EuRoC data set.
-
-    Parameters
-    ----------
-    path : Path
-        The log.
-    pick : callable
-        Function of a table with the first rows of all columns that returns the indices of the wanted columns. Readers
-        that read all columns anyway do not call it.
-    topics : sequence of str
-        Topics to read. Raises `InputError` if the format has no topics.
+    A folder is a ROS 2 bag or a EuRoC data set. `pick` gets a table with the first rows of all columns; readers that
+    read all columns anyway do not call it. Raises `InputError` for a missing, empty or damaged file, and for `topics`
+    of a format without topics. Raises `TooShortError` for a log without rows.
     """
     if path.is_dir():
         if (path / "metadata.yaml").exists():
@@ -379,8 +338,8 @@ def read_table(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:
 def _covariates_with_values(table: Table, layout: Layout) -> tuple[list[int], list[Finding]]:
     """Tuple (indices of the covariates with values, one warning for each covariate without values).
 
-    A covariate whose last value is in the first 1 % of the rows counts as one without values. Any other column that is
-    used must last to within 1 % of the rows of the longest column. Else `InputError` is raised.
+    A covariate whose last value is in the first 1 % of the rows counts as one without values. Every other used column
+    must last to within 1 % of the longest one; else `InputError` is raised.
     """
     ends = {
         i: _length_without_trailing_nan(table[i]) for i in (*layout.samples, *layout.covariates)
@@ -417,10 +376,7 @@ def _length_without_trailing_nan(column: NDArray[Any]) -> int:
 
 
 def _scaled_samples(table: Table, layout: Layout) -> NDArray[Any]:
-    """Sample columns of a table times their scales: array of shape (n,), or (n, columns) for several columns.
-
-    The array is read-only, except for a single column that is a view of another array.
-    """
+    """Sample columns times their scales: array of shape (n,), or (n, columns) for several columns."""
     factors = [layout.columns[i].scale for i in layout.samples]
     taken = [
         table[i] if factor == 1.0 else table[i] * factor

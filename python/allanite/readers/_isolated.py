@@ -31,33 +31,20 @@ WALL_TIME_FACTOR = 12.0
 def isolated(
     worker: str, seconds_per_megabyte: float, libraries: Sequence[str]
 ) -> Callable[[Reader], Reader]:
-    """Decorator for a function that reads a log; the decorated function runs in a child process with limits.
+    """Decorator that runs a reader in a child process with limits of processor time, wall time and memory.
 
-    The limits are processor time, wall time and memory. The child reads all columns, whatever the caller picks.
-
-    Parameters
-    ----------
-    worker : str
-        The library, for messages: "the HDF5 library".
-    seconds_per_megabyte : float
-        Measured processor time of the reader per megabyte of the slowest kind of log.
-    libraries : sequence of str
-        Modules that the reader imports.
+    The child reads all columns, whatever the caller picks. `worker` names the library in messages, and `libraries` are
+    the modules that the reader imports. `seconds_per_megabyte` is the measured processor time for the slowest kind of
+    log.
     """
 
     def decorator(read: Reader) -> Reader:
-        """Function with the signature of the reader `read`, which calls it in a child process.
-
-        It raises what `read` raises, and `InputError` if a limit is exceeded. `read` stays its ``__wrapped__``.
-        """
+        """The reader `read` in a child process; `read` stays its ``__wrapped__``."""
         name = f"{read.__module__}:{read.__name__}"
 
         @wraps(read)
         def in_child(path: Path, _pick: Picker, topics: Sequence[str] = ()) -> Table:
-            """`Table` that `read` returns in a child process.
-
-            `_pick` is not used: all columns are read. Raises `InputError` as `read` does, and if a limit is exceeded.
-            """
+            """`Table` that `read` returns in a child process; raises `InputError` also if a limit is exceeded."""
             found = call_isolated(
                 f"{__name__}:serve_reader",
                 {"reader": name, "path": str(path), "topics": list(topics)},
@@ -80,10 +67,7 @@ def limits_of(path: Path, seconds_per_megabyte: float) -> Limits:
 
 
 def serve_reader(reader: str, path: str, topics: list[str]) -> dict[str, Any]:
-    """Dict with the fields of the `Table` that the reader ``"module:function"`` returns for `path`, with all columns.
-
-    This function is called in the child process. Damaged files raise `InputError` with one line.
-    """
+    """Fields of the `Table` that the reader ``"module:function"`` returns; called in the child process."""
     module, _, attribute = reader.partition(":")
     read = getattr(import_module(module), attribute).__wrapped__
     with errors_in_one_line():
@@ -102,10 +86,7 @@ def _size_in_bytes(path: Path) -> int:
 
 @contextmanager
 def refused_as(what: str) -> Iterator[None]:
-    """Context that turns an error of a foreign library into an `InputError`: "damaged or not `what` (…)".
-
-    Errors of this package and `ModuleNotFoundError` pass. Lack of memory becomes or stays a `MemoryError`.
-    """
+    """Context that turns an error of a foreign library into an `InputError`: "damaged or not `what` (…)"."""
     try:
         yield
     except (AllaniteError, ModuleNotFoundError, MemoryError):
@@ -118,10 +99,7 @@ def refused_as(what: str) -> Iterator[None]:
 
 @contextmanager
 def errors_in_one_line() -> Iterator[None]:
-    """Context that turns every exception into an `InputError` with one line, also a lack of memory.
-
-    Errors of this package, `InternalError` and `ModuleNotFoundError` pass unchanged.
-    """
+    """Context that turns every exception into an `InputError` with one line, also a lack of memory."""
     try:
         yield
     except (AllaniteError, ModuleNotFoundError, InternalError):

@@ -23,13 +23,7 @@ def head_of(path: Path) -> bytes:
 
 
 def lines_of(stream: IO[bytes]) -> Iterator[bytes]:
-    """Yield the lines of an open file as bytes, with their line ends.
-
-    Raises
-    ------
-    InputError
-        A line is longer than 64 kB: the file is damaged, or not text.
-    """
+    """Yield the lines of an open file with their line ends; raises `InputError` for a line over 64 kB: no text."""
     number = 0
     while line := stream.readline(MAX_LINE_BYTES + 1):
         number += 1

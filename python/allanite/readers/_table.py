@@ -78,10 +78,7 @@ class Table:
         object.__setattr__(self, "units", tuple(units_of_columns))
 
     def __getitem__(self, at: int) -> NDArray[Any]:
-        """Array of the values of the column with this index, shape (n,).
-
-        Raises `IndexError` if the column was not read.
-        """
+        """Values of the column with this index, shape (n,); raises `IndexError` if the column was not read."""
         column = self.columns[at]
         if column is None:
             raise IndexError(f"column {self.names[at]} was not read")
@@ -99,9 +96,9 @@ def _collapse_long_blanks(name: str) -> str:
 
 
 def _unit_of(name: str, unit: str | None) -> str | None:
-    """Unit of a column: the given `unit`, or else the unit at the end of the name; None if neither states one.
+    """The given `unit` of a column, or else the unit at the end of its name, or None.
 
-    The given units mG, milli-g, milliG and mili-g of an accelerometer become ``mg``.
+    The units mG, milli-g, milliG and mili-g of an accelerometer become ``mg``.
     """
     if unit in _GRAVITY and sensor_kind(name) == ACCELERATION:
         return _GRAVITY[unit]
@@ -115,20 +112,7 @@ MAX_COLUMNS = 10_000
 
 
 def check_shape(shape: tuple[int, ...]) -> None:
-    """Raise an error if an array has no samples, or over 10 000 columns and more columns than samples.
-
-    Parameters
-    ----------
-    shape : tuple of int
-        ``(n,)`` or ``(n, columns)``.
-
-    Raises
-    ------
-    TooShortError
-        The array has no row or no column.
-    InputError
-        The array has thousands of columns, and more columns than samples.
-    """
+    """Raise `TooShortError` for an array without samples, `InputError` for over 10 000 columns and fewer rows."""
     rows, columns = shape if len(shape) == 2 else (*shape, 1)
     if rows < 1 or columns < 1:
         raise TooShortError(f"no samples: the shape is {shape}")
@@ -160,10 +144,9 @@ _NOT_A_UNIT = re.compile(
 
 
 def split_unit(cell: str) -> tuple[str, str | None]:
-    """Tuple (name, unit or None) from a text such as ``"gyro x [deg/s]"``; both are stripped of blanks.
+    """Tuple (name, unit or None) from a text such as ``"gyro x [deg/s]"``.
 
-    An index such as ``gyro[0]`` is part of the name; ``[1]`` is a unit unless the name is that of a gyroscope or
-    accelerometer. A text of over 1000 characters has no unit.
+    An index such as ``gyro[0]`` is part of the name. ``[1]`` is a unit unless the name is that of an inertial sensor.
     """
     match = _WITH_UNIT.match(cell) if len(cell) <= MAX_HEADER_LENGTH else None
     if match is None or not match["name"]:
@@ -178,11 +161,7 @@ def split_unit(cell: str) -> tuple[str, str | None]:
 
 
 def split_header(cells: Sequence[str]) -> tuple[tuple[str, ...], tuple[str | None, ...]]:
-    """Tuple (names, units): two tuples with one entry for each cell of a header; a unit is None if missing.
-
-    ``[1]`` is an index and stays in the name if another cell has the same name with another index, as in ``y[0],
-    y[1]``.
-    """
+    """Tuple (names, units) of the cells of a header; a unit is None if missing."""
     pairs = [split_unit(cell) for cell in cells]
     # In y[0], y[1], y[2], the 1 is an index like the others.
     indexed = {
@@ -212,11 +191,7 @@ _YEARS = re.compile(
 
 
 def time_unit_of(name: str, unit: str | None) -> str | None:
-    """Unit of a time column if it states one, else None: first its unit, then its name.
-
-    The name may be a day or year (``MJD`` gives ``d``), end in a unit (``timestamp_us``), or contain one. The name
-    ``SampleTimeFine`` gives ``100us``.
-    """
+    """Unit of a time column from its unit, or else from its name, such as ``MJD`` or ``timestamp_us``; None without one."""
     stated = time_unit(unit)
     if stated is not None:
         return stated

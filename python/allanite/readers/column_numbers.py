@@ -25,20 +25,11 @@ DAY = 86_400
 # Steps may overflow; such steps are infinite and similar to no other step.
 @np.errstate(over="ignore", invalid="ignore")
 def kind_of_numbers(values: NDArray[Any]) -> str | None:
-    """Kind of a column that counts or holds times; None for measurements, under 20 rows, or non-finite numbers.
+    """``"index"``, ``"counter"``, ``"date"`` or ``"clock"`` if a column counts or holds times, else None.
 
-    Parameters
-    ----------
-    values : ndarray of shape (n,)
-        A column; its first 20 000 rows are used.
-
-    Returns
-    -------
-    str or None
-        ``"index"`` (rises by 1 in every row), ``"counter"`` (the same, but wraps), ``"date"`` (the same midnight,
-        s since 1970, in all rows) or
-        ``"clock"``. A clock rises in nearly every row by similar steps, or in every row, or by equal steps that
-        several rows share.
+    An index rises by 1 in every row, and a counter also wraps. A date is the same midnight, s since 1970, in all rows. A
+    clock rises in nearly every row by similar steps, or in every row, or by equal steps that several rows share. None
+    for under 20 rows or non-finite numbers. Only the first 20 000 rows are used.
     """
     x = np.asarray(values[:ROWS])
     if x.size < MIN_ROWS or x.dtype.kind not in "iuf":
@@ -70,21 +61,14 @@ def kind_of_numbers(values: NDArray[Any]) -> str | None:
 
 
 def falls_often(values: NDArray[Any]) -> bool:
-    """True if the values fall more often than once per 20 rises.
-
-    The result is False for a time column that restarts now and then, and if the values never rise or never fall. Only
-    the first 20 000 rows count.
-    """
+    """True if the first 20 000 values fall more often than once per 20 rises; a time column may restart now and then."""
     steps = np.diff(np.asarray(values[:ROWS], dtype=np.float64))
     rising, falling = np.count_nonzero(steps > 0), np.count_nonzero(steps < 0)
     return bool(0 < rising < MIN_RISING_PER_FALLING * falling)
 
 
 def repeats_exactly(values: NDArray[Any]) -> bool:
-    """True if whole numbers repeat with a period of 2 to 16 rows, such as identifiers of alternating devices.
-
-    Only the first 20 000 rows count. False for constant or non-finite numbers and for fewer than 80 rows.
-    """
+    """True if whole numbers repeat with a period of 2 to 16 rows, such as identifiers of alternating devices."""
     x = np.asarray(values[:ROWS])
     if x.size < 5 * MAX_PERIOD or not np.isfinite(x).all() or not np.all(x == np.rint(x)):
         return False
@@ -93,10 +77,7 @@ def repeats_exactly(values: NDArray[Any]) -> bool:
 
 
 def is_serial_number(values: NDArray[Any]) -> bool:
-    """True if the first 20 000 rows of a column hold one whole number that is the same everywhere and at least 100.
-
-    False for fewer than 20 rows.
-    """
+    """True if a column holds the same whole number of at least 100 in its first 20 000 rows."""
     x = np.asarray(values[:ROWS])
     return bool(
         x.size >= MIN_ROWS and x[0] >= 100 and np.all(x == x[0]) and float(x[0]).is_integer()
@@ -104,11 +85,10 @@ def is_serial_number(values: NDArray[Any]) -> bool:
 
 
 def indices_of_magnitudes(columns: Sequence[NDArray[Any]]) -> list[int]:
-    """List of the indices, ascending, of columns that are the Euclidean norm of the three columns before or after them.
+    """Indices of columns that are the Euclidean norm of the three columns before or after them.
 
-    The root mean square of the difference from the norm must be below 5 % of the column's standard deviation.
-    Independent noise reaches 100 %. Only the first `ROWS` rows are used. Columns with under 20 rows, non-finite or
-    negative values do not count.
+    The root mean square of the difference must be below 5 % of the column's standard deviation; independent noise
+    reaches 100 %.
     """
     found = []
     # The squares of numbers in a damaged log may overflow.

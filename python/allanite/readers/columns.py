@@ -75,27 +75,10 @@ ARTICLES = {
 class Roles:
     """Roles of all columns of a table and the time columns, decided from names, units and numbers.
 
-    The requested time column is the time. A column that is requested as a covariate is neither sensor nor time. The next
-    step decides which columns are used. Raises `InputError` for an unknown time column.
-
-    Attributes
-    ----------
-    table : Table
-        The first rows of all columns, or the whole log.
-    options : ReadOptions
-        Options of the caller.
-    roles, reasons, sources : list of str
-        Role of each column, the reason why a column with the role ``other`` is no sensor, and the source of the role.
-    clocks : set of int
-        Columns whose numbers are those of a clock, although nothing else says so.
-    time : int or None
-        Column of the time. For a time in several columns, the coarsest one.
-    parts : TimeParts or None
-        The columns of a time in several columns.
-    time_units : dict of int to str
-        Units of time columns that follow from their numbers.
-    findings : list of Finding
-        Remarks on the time columns.
+    The requested time column is the time. A requested covariate is neither sensor nor time. `reasons` say why columns
+    with the role ``other`` are no sensors. `clocks` are columns that only their numbers show to be clocks. For a time in
+    several columns, `time` is the coarsest one. `time_units` follow from the numbers of time columns. Raises `InputError`
+    for an unknown time column.
     """
 
     table: Table
@@ -156,9 +139,8 @@ class Roles:
     def _demote_by_numbers(self) -> None:
         """Set the role ``other`` for sensors that are magnitudes, or whose values count, repeat or are constant.
 
-        Besides magnitudes, only columns without a unit change, and only if samples are rates. A column with the name of
-        a sensor changes only if its numbers count and rise in every row. If no sensor would be left, only indices,
-        counters and dates change, and nothing in a log of one column.
+        Besides magnitudes, only columns without a unit change, and only if samples are rates. The name of a sensor
+        outweighs its numbers unless they rise in every row.
         """
         table = self.table
         sensors = [i for i in self.there if self.roles[i] == "sensor"]
@@ -195,10 +177,7 @@ class Roles:
         self.clocks = {i for i, kind in kinds.items() if kind == "a clock"}
 
     def _set_time_columns(self) -> None:
-        """Set the time columns and the findings about them, and correct roles of columns only named like a time.
-
-        A column named like a time whose numbers fall gets the role ``other``. Times that are not used get a reason.
-        """
+        """Set the time columns, their findings, and the reasons why other times are not used."""
         options = self.options
         # Stamps that are no column of the table are the time, unless another column is requested.
         apart = self.table.time is not None and options.time in (None, "t", "time")
@@ -253,10 +232,7 @@ class Roles:
                 )
 
     def _named_time(self) -> int | None:
-        """Index of the first column with the role ``time`` whose numbers rise; None if no column has this role.
-
-        If no such column rises, it is the first one.
-        """
+        """Index of the first column with the role ``time`` whose numbers rise, or else of the first with it, or None."""
         table, candidates = self.table, self.with_role("time")
         advancing = [
             i
@@ -266,10 +242,10 @@ class Roles:
         return next(iter(advancing or candidates), None)
 
     def _guessed_time(self) -> int | None:
-        """Index of the column whose numbers show that it is the time, or None if no column looks like a time.
+        """Index of the column whose numbers show that it is the time, or None; may change roles.
 
-        May change roles. For a pair of days (MJD) and decimal years, the column of days is the time. Columns with the GPS
-        week of these days get the role ``other``.
+        For a pair of days (MJD) and decimal years, the days are the time, and columns with their GPS week get the role
+        ``other``.
         """
         table = self.table
         pair = _days_and_years(table, self.there)
@@ -295,10 +271,7 @@ class Roles:
         )
 
     def _compare_with_time(self, other: int) -> None:
-        """Add a finding that the time column `other` is not used; a warning if its rate differs by over 0.1 %.
-
-        Nothing without a time that was read, and for days with decimal years of the same time.
-        """
+        """Add a finding that the time column `other` is not used; a warning if its rate differs by over 0.1 %."""
         at = self.time
         if at is None or self.table.columns[at] is None or {at, other} <= self.time_units.keys():
             return
@@ -329,11 +302,7 @@ def _groups_of_equal_unit(columns: Sequence[int], table: Table) -> list[list[int
 
 
 def _days_and_years(table: Table, there: Sequence[int]) -> tuple[int, int] | None:
-    """Tuple (days, years): indices of two columns with the same times in MJD and in decimal years; or None.
-
-    The first pair counts whose times differ by less than 2 days in every row and whose days rise. `there` holds the
-    indices of the columns that were read.
-    """
+    """Indices (days, years) of the first columns with the same times in MJD and in decimal years, or None."""
     with np.errstate(all="ignore"):
         means = {i: float(np.mean(table[i])) for i in there}
     for days in (i for i in there if 15_000 < means[i] < 90_000):
@@ -353,10 +322,7 @@ def _is_gps_calendar(values: NDArray[Any], days: NDArray[Any]) -> bool:
 
 
 def _looks_like_time(table: Table) -> bool:
-    """True if the first of several columns rises in every row by similar steps (median deviation below 50 %).
-
-    False for fewer than 100 rows, or if the first column was not read.
-    """
+    """True if the first of several columns rises in every row by similar steps (median deviation below 50 %)."""
     if len(table.names) < 2 or table.columns[0] is None or table.n < MIN_STAMPS:
         return False
     with np.errstate(invalid="ignore", over="ignore"):  # infinities and NaN are no time
@@ -391,22 +357,8 @@ def _relative_rate_difference(table: Table, one: int, two: int) -> float:
 class Layout:
     """Decision about the columns of a log: which are read, with which units.
 
-    Attributes
-    ----------
-    columns : tuple of LogColumn
-        Every column. Sampling rates are not known yet.
-    samples, covariates : tuple of int
-        Indices of the columns that are read as samples and as covariates.
-    units : tuple of str
-        Unit of each column of samples in the recording.
-    quantity : str
-        Meaning of the samples: ``rate``, ``increment`` or ``angle``.
-    roles : Roles
-        Roles of the columns, with those of the time.
-    time_unit : str or None
-        Unit of the time, if the header states it.
-    findings : tuple of Finding
-        Remarks on guesses and on columns that are not used.
+    `columns` are all columns, without sampling rates. `samples` and `covariates` are indices. `units` are those of the
+    samples in the recording. `time_unit` is None if the header does not state it.
     """
 
     columns: tuple[LogColumn, ...]
@@ -426,28 +378,14 @@ class Layout:
 
 
 def layout_of(table: Table, options: ReadOptions) -> Layout:
-    """`Layout` of a table: role, unit, scale and use of every column.
-
-    Parameters
-    ----------
-    table : Table
-        The first rows of all columns, or the whole log.
-    options : ReadOptions
-        Options of the caller.
-
-    Raises
-    ------
-    InputError
-        A column is unknown, no column is a sensor, or a unit contradicts the header.
-    """
+    """`Layout` of a table, which may hold only the first rows: role, unit, scale and use of every column."""
     return layout_from_roles(Roles(table, options), options)
 
 
 def layout_from_roles(found: Roles, options: ReadOptions) -> Layout:
-    """`Layout` of a table from the roles of its columns: samples, covariates, units and factors, time, and findings.
+    """`Layout` of a table from the roles of its columns.
 
-    Columns named in the options replace the recognized sensors; named covariates are added to the temperatures. The
-    quantity is the given one, or ``"angle"`` if all units are phases and no unit is given, or ``"rate"``. Raises
+    Columns named in the options replace the recognized sensors; named covariates are added to the temperatures. Raises
     `InputError` if no column is a sensor, a column is unknown, or a unit contradicts the given one.
     """
     table, names = found.table, found.table.names
@@ -487,15 +425,7 @@ def layout_from_roles(found: Roles, options: ReadOptions) -> Layout:
 def _factors_of(
     scales: Mapping[str, float], names: Sequence[str], samples: Sequence[int]
 ) -> dict[int, float]:
-    """Dict from the index of a column to its factor, from `scales` by column name.
-
-    `names` are those of all columns, `samples` the indices of the columns that are read as samples.
-
-    Raises
-    ------
-    InputError
-        A column is not in the log, or is not used.
-    """
+    """Factor by index of a column from `scales` by name; raises `InputError` if such a column is not in `samples`."""
     found = {}
     for name, factor in scales.items():
         at = find_column(name, names)
@@ -509,10 +439,7 @@ def _factors_of(
 
 
 def _covariates(found: Roles, options: ReadOptions, samples: Sequence[int]) -> tuple[int, ...]:
-    """Tuple of the indices of the covariates: temperatures, then requested columns, without the `samples`.
-
-    Raises `InputError` for an unknown requested column.
-    """
+    """Indices of the covariates: temperatures, then requested columns, without the `samples`."""
     table = found.table
     temperatures = [i for i in found.with_role("temperature") if i not in table.texts]
     requested = [find_column(name, table.names) for name in options.covariates]
@@ -526,10 +453,9 @@ def _log_columns(
     scales: Mapping[int, float],
     reasons: Sequence[str],
 ) -> tuple[LogColumn, ...]:
-    """Tuple of all columns of a table as `LogColumn`, with the sources of role, unit and scale; rates are not set.
+    """All columns of a table as `LogColumn`, with the sources of role, unit and scale; rates are not set.
 
-    `stated` has the unit of each column that the log states, `scales` the factor of each sample column, and `reasons`
-    why each column is not used.
+    `stated` has the unit of each column that the log states, and `reasons` why each column is not used.
     """
     found, used, table = layout.roles, set(layout.used), layout.roles.table
     scaled = {find_column(name, table.names) for name in options.scales}
@@ -564,10 +490,7 @@ def _log_columns(
 
 
 def _phase_unit_findings(columns: Sequence[LogColumn], quantity: str) -> list[Finding]:
-    """List with one warning that names all `columns` with the unit of a frequency, although read as a phase.
-
-    Empty without such columns, and for the quantity ``"rate"``.
-    """
+    """At most one warning, about the columns that are read as a phase although they have the unit of a frequency."""
     if quantity == "rate":
         return []
     names = [c.name for c in columns if is_frequency(c.unit)]
@@ -585,10 +508,7 @@ def _phase_unit_findings(columns: Sequence[LogColumn], quantity: str) -> list[Fi
 
 
 def _time_unit(found: Roles, at: int) -> str | None:
-    """Unit of the time column at index `at` if a date, name, unit or guess states it; else None.
-
-    For SampleTimeFine of Xsens, the stated rate decides between ``100us`` and ``us``.
-    """
+    """Unit of the time column at index `at` if a date, name, unit or guess states it; else None."""
     table = found.table
     if at in table.dates:
         return "s"
@@ -603,12 +523,11 @@ def _time_unit(found: Roles, at: int) -> str | None:
 def _default_samples(
     found: Roles, options: ReadOptions, reasons: list[str], loud: set[int]
 ) -> tuple[int, ...]:
-    """Tuple of the indices, ascending, of the columns that are read as samples if the caller names none.
+    """Indices, ascending, of the columns that are read as samples if the caller names none.
 
-    A unit in `options` selects the columns that are named like a sensor of this unit. Without a unit or quantity in
-    `options`, clock phases are read only if no inertial sensor is logged. If there is no other sensor, the unit ``1``
-    selects columns of an unknown unit. Writes the reason for each sensor not read into `reasons`, and its index into
-    `loud` if a warning is due. Raises `InputError` if there is no sensor.
+    Writes why each other sensor is not read into `reasons`, and its index into `loud` if a warning is due. Without a unit
+    or quantity in `options`, clock phases are read only if no inertial sensor is logged. Raises `InputError` without a
+    sensor.
     """
     table, names, units = found.table, found.table.names, found.table.units
     sensors = [i for i in found.with_role("sensor") if i not in found.time_columns]
@@ -680,10 +599,7 @@ def _no_sensor_error(table: Table, foreign: Sequence[int]) -> InputError:
 def _findings_about_unused(
     columns: Sequence[LogColumn], loud: set[int], options: ReadOptions
 ) -> list[Finding]:
-    """List with one finding that names the unused columns with reasons; empty if all are used.
-
-    The finding is a warning if `loud` is not empty.
-    """
+    """At most one finding, about the unused columns with reasons; a warning if `loud` is not empty."""
     groups: dict[str, list[str]] = {}
     for i, column in enumerate(columns):
         if not column.used:
@@ -715,11 +631,10 @@ def _findings_about_unused(
 def _unit_and_scale(
     name: str, own: str | None, options: ReadOptions, quantity: str
 ) -> tuple[str, float]:
-    """Tuple (unit, factor) of a sample column: its unit in the recording, and the factor on its numbers.
+    """Tuple (unit in the recording, factor on the numbers) of a sample column.
 
-    The unit is the given one, or else the own one, or else ``"1"``. A phase has the unit s and its factor converts to
-    s; other factors are 1. Raises `InputError` if the given unit contradicts the header, or if a phase is read as a
-    rate. `own` is the unit that the log states for the column `name`.
+    The unit is the given one, or else `own`, which the log states, or else ``"1"``. Phases are converted to s; other
+    factors are 1. Raises `InputError` if the given unit contradicts the header, or a phase is read as a rate.
     """
     given = _given_unit(name, own, options)
     if quantity != "rate" and PHASE in (kind_of_unit(own), kind_of_unit(given)):
@@ -761,9 +676,8 @@ def _unit_contradiction(name: str, own: str, given: str) -> InputError:
 def _given_unit(name: str, own: str | None, options: ReadOptions) -> str | None:
     """Unit that the caller gave for the column `name`; None if the caller gave none.
 
-    If the caller gave units for several kinds of sensors, the unit `own` that the log states determines the kind.
-    Without `own`, the name determines the kind. Then the result is None if `own` is no unit of a sensor. Raises
-    `InputError` if the caller gave no unit for this kind, or the name shows no kind.
+    Of units for several kinds of sensors, the unit `own` that the log states selects one, or else the name. Raises
+    `InputError` if neither does; None if `own` is no unit of a sensor.
     """
     if len(options.unit_by_kind) < 2:
         return options.unit

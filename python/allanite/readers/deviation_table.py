@@ -33,17 +33,9 @@ MAX_ROUGHNESS = 0.3
 
 
 def is_deviation_table(names: Sequence[str], columns: Sequence[Array | None]) -> bool:
-    """True if the columns are averaging times and deviations, by their names or their numbers.
+    """True if the columns are averaging times and deviations, by their names or, without names, by their numbers.
 
-    The numbers decide only without names: at least 8 rows, all positive; regularly rising times; all further
-    columns fall smoothly.
-
-    Parameters
-    ----------
-    names : sequence of str
-        Names of all columns; x0, x1, … where the file has none.
-    columns : sequence of (ndarray of shape (n,) or None)
-        Their numbers; None for a column that was not read.
+    The numbers must have at least 8 positive rows, regularly rising times, and further columns that fall smoothly.
     """
     if any(map(_TAU.match, names)) and any(map(_DEVIATION.search, names)):
         return True
@@ -67,7 +59,7 @@ def is_deviation_table(names: Sequence[str], columns: Sequence[Array | None]) ->
 
 
 def is_deviation_header(line: str) -> bool:
-    """True if the words of a line contain a name of averaging times and a name of deviations, such as ``tau adev``.
+    """True if a line names averaging times and deviations, such as ``tau adev``.
 
     The number of words may differ from the number of columns below, as in files of Stable32.
     """
@@ -87,8 +79,8 @@ def refuse_deviation_header(lines: Sequence[str]) -> None:
 def _is_deviation(tau: Array, column: Array) -> bool:
     """True if a column falls smoothly with the averaging time τ, as a deviation does.
 
-    Its log-log slope from the first τ up to 8 times the first τ is between −1.2 and −0.2. The median absolute second
-    difference of its natural logarithm is below 0.3.
+    Its log-log slope up to 8 times the first τ is between −1.2 and −0.2. The median absolute second difference of its
+    natural logarithm is below 0.3.
     """
     last = max(int(np.searchsorted(tau, SLOPE_SPAN * tau[0], side="right")) - 1, 1)
     slope = np.log(column[last] / column[0]) / np.log(tau[last] / tau[0])

@@ -32,16 +32,10 @@ def is_frame(log: object) -> bool:
 
 
 def table_of(frame: Any) -> Table:
-    """`Table` of a data frame, a series, an xarray object or an Arrow table.
+    """`Table` of a data frame, a series, an xarray object or an Arrow table; raises `InputError` without numbers.
 
-    The time is the index if it holds date-times or floats. Otherwise the time is the first column that holds date-times,
-    or that holds no numbers but has the name of a time. Without such a column the time is None. Other columns without
-    numbers are ignored. Booleans become 0 and 1.
-
-    Raises
-    ------
-    InputError
-        There is no column of numbers.
+    The time is the index if it holds date-times or floats. Otherwise it is the first column that holds date-times, or
+    that has no numbers but the name of a time. Other columns without numbers are ignored.
     """
     time = stamps_of_index(frame)
     columns: list[tuple[str, NDArray[Any], str | None]] = []
@@ -77,11 +71,7 @@ def _as_text(array: NDArray[Any]) -> NDArray[Any]:
 
 
 def _named_columns(frame: Any) -> list[tuple[str, Any, str | None]]:
-    """List of (name, values, unit or None), one for each column of a frame, series, xarray object or Arrow table.
-
-    Units come only from attributes of xarray or pandas objects. An object without columns is an array; its columns are
-    named ``x0``, ``x1`` … or after its name.
-    """
+    """Tuples (name, values, unit or None) of the columns of a frame, series, xarray object or Arrow table."""
     if hasattr(frame, "data_vars"):  # an xarray data set
         found = [(str(name), var, var.attrs.get("units")) for name, var in frame.data_vars.items()]
         return [

@@ -113,7 +113,7 @@ class Inspection:
         return self.worded()
 
     def worded(self, words: Mapping[str, str] = CALL) -> str:
-        """Text of several lines: path, rows and rate; a table of the columns; doubts, findings and the problem.
+        """Text with path, rows and rate; a table of the columns; doubts, findings and the problem.
 
         Remedies name parameters by `words`. A line with ``!`` is a warning, one with ``·`` information.
         """
@@ -165,11 +165,7 @@ class Inspection:
 
 
 def _texts_of_values(column: Column) -> tuple[str, str]:
-    """Pair of texts: first values and range of a column.
-
-    Time stamps have enough digits to distinguish the first values; stamps in ns since 1970 are written as dates. The range
-    is empty if there is no finite value.
-    """
+    """Texts of the first values and of the range of a column; the range is empty without a finite value."""
     if column.role != "time" or not column.first:
         ends = (
             ""
@@ -262,10 +258,7 @@ def inspect(path: Log, **options: Any) -> Inspection:
 
 
 def _motion_findings_of(recording: Recording) -> list[Finding]:
-    """List of findings about motion in at least 2 % of the record.
-
-    Sensors without a unit are tested in deg/s or m/s²; then every message begins with "if the unit is …".
-    """
+    """Findings about motion in at least 2 % of the record; sensors without a unit are tested in deg/s or m/s²."""
     assumed = assumed_units(recording)
     found = motion_findings(recording.in_units(assumed), MIN_MOTION_FRACTION)
     if not assumed:
@@ -277,20 +270,16 @@ def _motion_findings_of(recording: Recording) -> list[Finding]:
 def _table_of_numbers(
     path: Any, options: ReadOptions
 ) -> tuple[Table, tuple[LogColumn, ...], dict[int, str]]:
-    """Tuple (table of the numeric columns, its columns as `LogColumn`, dict of damaged columns).
+    """Tuple (table of the numeric columns, all columns as `LogColumn`, error message by index of a damaged column).
 
-    The dict maps the index of a damaged column to its error message; it is empty if the log can be read as a whole.
-    Otherwise each column is read alone, and the table omits the damaged ones. Raises `InputError` if all columns are
-    damaged, or if the log is damaged but no single column is.
+    If the log cannot be read as a whole, each column is read alone and the table omits the damaged ones. Raises
+    `InputError` if all columns are damaged, or if the log is damaged but no single column is.
     """
     decided: list[tuple[LogColumn, ...]] = []
     places: list[int] = []
 
     def everything(first_rows: Table) -> list[int]:
-        """List of the indices of all numeric columns.
-
-        Stores it in `places`, and appends the columns to `decided`.
-        """
+        """Indices of all numeric columns, also stored in `places`; appends the columns to `decided`."""
         decided.append(_columns_of(first_rows, options))
         places[:] = all_numbers(first_rows)
         return places
@@ -339,10 +328,7 @@ def _columns_of(table: Table, options: ReadOptions) -> tuple[LogColumn, ...]:
 
 
 def _describe_column(table: Table, at: int, known: LogColumn, *, joined: bool) -> Column:
-    """`Column` with range, first three values and doubts of the column `at`; the range is NaN without finite values.
-
-    `joined` is true for a time in several columns. Such a used time column has no own rate.
-    """
+    """`Column` with range, first three values and doubts; `joined` is true for a time in several columns."""
     doubts: list[str] = []
     found: dict[str, Any] = {f.name: getattr(known, f.name) for f in fields(known)}
     x = table.columns[at]
@@ -375,10 +361,10 @@ def _describe_column(table: Table, at: int, known: LogColumn, *, joined: bool) -
 
 
 def _describe_stamps(time: NDArray[Any]) -> Column:
-    """`Column` named ``(time)`` for time stamps that are not a column of the table, with the first three stamps.
+    """`Column` named ``(time)`` for time stamps that are not a column of the table.
 
-    Date-times are in ns since 1970. Durations, and date-times within the first year, are in s. Plain numbers keep their
-    values, without a unit. Texts have no first values and the range NaN. Unusable stamps have a doubt instead of a rate.
+    Date-times are in ns since 1970. Durations, and date-times within the first year, are in s. Plain numbers have no
+    unit.
     """
     rate: float | None = None
     doubts: tuple[str, ...] = ()

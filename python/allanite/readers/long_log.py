@@ -59,10 +59,7 @@ FILL_ROWS = 1 << 16
 
 
 def is_too_large(path: Path) -> bool:
-    """True if a text log or NPY file is larger than the memory budget; False for other files or no file.
-
-    A file is text if its first 8192 bytes have no null byte.
-    """
+    """True if a text log (no null byte in its first 8192 bytes) or NPY file is larger than the memory budget."""
     if not path.is_file() or path.stat().st_size <= budget():
         return False
     head = head_of(path)
@@ -74,25 +71,9 @@ def summary_of_log(
 ) -> Summary:
     """`Summary` of the sensor columns of a text log or NPY file of any size, read in chunks.
 
-    Its audit includes the findings about columns, dates and time stamps.
-
-    Parameters
-    ----------
-    path : Path
-        The log.
-    options : ReadOptions
-        Options of the caller. Covariates are not read.
-    unit : str or None
-        Unit to which the samples are converted, as in `Recording.to`; None converts none.
-    taus_per_octave : int
-        Number of averaging times of the Allan curve.
-
-    Raises
-    ------
-    InputError
-        There is no rate, the given rate contradicts the log, a cell is invalid, or a column is unknown.
-    TooShortError
-        There are too few rows.
+    Covariates are not read. `unit` is that of the samples, as in `Recording.to`; None converts none. Raises `InputError`
+    without a rate, for a rate that contradicts the log, an invalid cell or an unknown column, and `TooShortError` for too
+    few rows.
     """
     with about(path), core_errors_with_remedy(str(path)):
         first, rows = (_open_npy if head_of(path).startswith(NPY) else _open_text)(path)
@@ -147,25 +128,17 @@ def _stamps_of(rows: _Rows, layout: Layout, options: ReadOptions) -> Stamps | No
 def _read_stamps(
     chunks: Iterable[NDArray[Any]], unit: str | None, rate: float | None, piece: int | None
 ) -> Stamps:
-    """`Stamps` of a time column whose chunks, shape (rows,), follow each other; as `read_stamps` returns them.
+    """`Stamps` of a time column given in chunks of shape (rows,), as `read_stamps` returns them, but without a drift.
 
-    The jitter is relative to the mean interval of each chunk. A drift of the interval is not computed. `unit`, `rate`
-    and `piece` are those of `read_stamps`.
-
-    Raises
-    ------
-    InputError
-        A stamp that is not finite, stamps that do not advance, or an unknown segment.
+    The jitter is relative to the mean interval of each chunk. Raises `InputError` for stamps that are not finite or do
+    not advance, and for an unknown segment.
     """
     sums = StampSums(unit, rate)
     held: NDArray[Any] = np.empty(0)
     given = 0
 
     def add(rows: NDArray[Any], end: int) -> None:
-        """Add the stamps ``rows[given:end]`` to the sums, in place; returns None.
-
-        The `rows` before and after them are only neighbors. Raises `InputError` if any of the `rows` is not finite.
-        """
+        """Add the stamps ``rows[given:end]`` to the sums; the others are only neighbors."""
         bad = np.flatnonzero(~np.isfinite(rows))
         if bad.size:
             row = sums.rows - given + int(bad[0])
@@ -187,10 +160,7 @@ def _read_stamps(
 
 
 def _with_filled_gaps(chunks: Iterable[NDArray[Any]], stamps: Stamps) -> Iterator[NDArray[Any]]:
-    """Yield arrays of shape (rows, columns) with the rows of the segment used, and rows of NaN for missing samples.
-
-    Some of the arrays may be empty.
-    """
+    """Yield arrays (rows, columns), maybe empty, with the rows of the segment used, and NaN for missing samples."""
     first, end = stamps.rows
     gaps, row = list(stamps.gaps_in_segment), 0
     for chunk in chunks:
@@ -206,10 +176,7 @@ def _with_filled_gaps(chunks: Iterable[NDArray[Any]], stamps: Stamps) -> Iterato
 
 
 def _times_of_chunks(chunks: Iterable[NDArray[Any]], parts: TimeParts) -> Iterator[Array]:
-    """Yield one array per chunk: the time of each row, s. The columns of the chunks are the parts of the time.
-
-    Zero is the start of the coarsest part of the first row, such as midnight; see `TimeParts.joined`.
-    """
+    """Yield the time of each row of a chunk in s from the columns of the chunk; see `TimeParts.joined` for its zero."""
     origin: list[float] | None = None
     for chunk in chunks:
         arrays = list(chunk.T)
@@ -218,11 +185,7 @@ def _times_of_chunks(chunks: Iterable[NDArray[Any]], parts: TimeParts) -> Iterat
 
 
 def _differences_of_chunks(chunks: Iterable[NDArray[Any]]) -> Iterator[NDArray[Any]]:
-    """Yield one array per chunk: the differences of consecutive rows, as if the chunks were one array.
-
-    The first difference of a chunk is that to the last row of the previous chunk; the first chunk yields one row less.
-    Integers are subtracted as int64.
-    """
+    """Yield the differences of consecutive rows, as if the chunks were one array."""
     last: NDArray[Any] | None = None
     for chunk in chunks:
         # Differences of narrow or unsigned integers would wrap. Those of 64-bit integers are exact modulo 2^64.
@@ -233,7 +196,7 @@ def _differences_of_chunks(chunks: Iterable[NDArray[Any]]) -> Iterator[NDArray[A
 
 
 def _open_text(path: Path) -> tuple[Table, _Rows]:
-    """Tuple (table of the first rows, function that yields the given columns of all rows in chunks) of a text log.
+    """Tuple (table of the first rows, function that yields the given columns in chunks) of a text log.
 
     Slashed dates, such as 05/03/2026, are read once in advance, to find out whether the day comes first.
     """
@@ -261,12 +224,7 @@ def _open_text(path: Path) -> tuple[Table, _Rows]:
 
 
 def _open_npy(path: Path) -> tuple[Table, _Rows]:
-    """Tuple (table of the first rows, function that yields the given columns of all rows in chunks) of an NPY file.
-
-    The file is mapped into memory.
-
-    Raises `InputError` if a number is not finite, or if the file is no array of numbers.
-    """
+    """Tuple (table of the first rows, function that yields the given columns in chunks) of a memory-mapped NPY file."""
     array = npy.load(path, largest_read=0)
     if array.dtype.kind == "f":
         require_finite(array, None)

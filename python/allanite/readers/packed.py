@@ -34,12 +34,7 @@ def temporary_file(path: Path, name: str) -> Iterator[Path]:
 def unpacked(path: Path) -> Iterator[Path]:
     """Context with the path of the temporary unpacked file; errors name the compressed file.
 
-    The file keeps its name without ``.gz``; without a suffix, it is a CSV file.
-
-    Raises
-    ------
-    InputError
-        The file is damaged or truncated, holds another compressed file, or exceeds the memory budget unpacked.
+    Raises `InputError` for a damaged file, a gzip file within it, or one that exceeds the memory budget unpacked.
     """
     inner = path.stem if path.suffix.lower() == ".gz" else path.name
     with temporary_file(path, inner if Path(inner).suffix else f"{inner}.csv") as target:
@@ -58,13 +53,9 @@ def unpacked(path: Path) -> Iterator[Path]:
 def member(path: Path, topics: Sequence[str]) -> Iterator[Path]:
     """Context with the path of one log of a ZIP archive, unpacked to a temporary file; errors name the archive.
 
-    Phone apps write such archives, with one text file per sensor. `topics` holds the name of the log, or is empty. Then
-    the log is that of the gyroscope, or else that of the accelerometer, or the only one.
-
-    Raises
-    ------
-    InputError
-        The archive is damaged or exceeds the memory budget. It has no text log, or several and no topic selects one.
+    Phone apps write such archives, with one text file per sensor. Without a topic, the gyroscope is read, or else the
+    accelerometer, or the only log. Raises `InputError` if the archive is damaged, exceeds the memory budget or has no
+    such log.
     """
     with temporary_file(path, "log.csv") as target:
         try:
@@ -86,12 +77,7 @@ def member(path: Path, topics: Sequence[str]) -> Iterator[Path]:
 
 
 def _log_to_read(logs: dict[str, str], topics: Sequence[str]) -> str:
-    """Key in `logs` of the log to read: the given topic, or else a gyroscope, an accelerometer, or the only log.
-
-    A sensor is recognized by ``gyro``, ``acc`` or ``linear`` in the name, in this order. Names with ``uncal`` are
-    skipped, and the shortest of several names is chosen. Raises `InputError` if there is no log, the topic is unknown,
-    several topics are given, or several logs are there without such a name.
-    """
+    """Key in `logs` of the log to read: the given topic, or else a gyroscope, an accelerometer, or the only log."""
     if not logs:
         raise InputError("no text log in the archive")
     listed = ", ".join(sorted(logs))

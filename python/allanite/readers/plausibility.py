@@ -45,23 +45,8 @@ MEDIAN_SAMPLES = 100_000
 def checked(recording: Recording, *, for_fit: bool = True, anyway: bool = False) -> Recording:
     """Recording without no-data markers and repeated samples; raises `InputError` if the recording is implausible.
 
-    Every command starts with this function. No-data markers become missing samples and repeated samples are removed;
-    the audit states both.
-
-    Parameters
-    ----------
-    recording : Recording
-        The recording as it was read.
-    for_fit : bool
-        Whether a model will be fitted. Then a recording that is mostly motion is refused.
-    anyway : bool
-        Whether to accept a recording that would be refused. Its audit then states the reason.
-
-    Raises
-    ------
-    InputError
-        The mean of accelerometers is gravity in another unit, or the recording is mostly motion. Sensors without a unit
-        are tested in deg/s or m/s².
+    It is implausible if the mean of accelerometers is gravity in another unit, or, `for_fit`, if it is mostly motion.
+    Sensors without a unit are tested in deg/s or m/s². With `anyway`, the audit states the reason instead.
     """
     measured = recording.measured
     doubted = _doubts_of_triads(measured)
@@ -85,7 +70,7 @@ def checked(recording: Recording, *, for_fit: bool = True, anyway: bool = False)
 
 
 def assumed_units(recording: Recording) -> dict[str, str]:
-    """Dict from column name to the unit assumed in tests of motion, for sensors without a unit; often empty.
+    """Unit by column name that tests of motion assume for sensors without a unit; often empty.
 
     Gyroscopes are assumed in deg/s (in rad/s their motion would be larger), accelerometers in m/s². Columns of whole
     numbers are raw counts and are left out.
@@ -116,10 +101,10 @@ def _error_for_assumed_units(refusal: InputError, assumed: Mapping[str, str]) ->
 
 
 def raw_count_findings(recording: Recording, scaled: Collection[str]) -> list[Finding]:
-    """List of one warning for each unit whose columns hold whole numbers, which are probably raw counts; often empty.
+    """One warning for each unit whose columns hold whole numbers, which are probably raw counts.
 
     Only units of at least 1 deg/s and 1 m/s² count, because logs in mdps or mg may hold whole numbers. Left out are
-    columns with one or two adjacent values (a sensor at its resolution) and the `scaled` columns, which have a factor.
+    columns with one or two adjacent values (a sensor at its resolution), and `scaled` columns.
     """
     found: dict[str, list[str]] = {}
     for name, column in zip(recording.columns, recording, strict=True):
@@ -156,19 +141,12 @@ class _Doubt:
 
 
 def unit_doubts(recording: Recording) -> list[Finding]:
-    """List with a warning for each triad of accelerometers whose mean is gravity in another unit than stated.
-
-    Often empty.
-    """
+    """A warning for each triad of accelerometers whose mean is gravity in another unit than stated."""
     return [_unit_doubt_finding(recording, doubt) for doubt in _doubts_of_triads(recording)]
 
 
 def _doubts_of_triads(recording: Recording) -> list[_Doubt]:
-    """List with a `_Doubt` for each triad of accelerometers whose mean is gravity in another unit than the stated one.
-
-    A column named like an accelerometer without a unit counts, too. Empty for a single column, and for samples that are
-    no rates.
-    """
+    """A `_Doubt` for each triad of accelerometers, with or without a unit, whose mean is gravity in another unit."""
     if recording.quantity != "rate" or recording.samples.ndim == 1:
         return []
     unitless = any(finding.kind == "no_unit" for finding in recording.added_findings)
@@ -191,10 +169,7 @@ def _doubts_of_triads(recording: Recording) -> list[_Doubt]:
 
 
 def _mean_acceleration(axes: Sequence[NDArray[Any]]) -> float:
-    """Magnitude (float) of the vector of the medians of three columns, in their unit.
-
-    NaN samples are ignored; long columns are thinned to about 100 000 samples.
-    """
+    """Magnitude of the vector of the medians of three columns, in their unit; ignores NaN."""
     thinned = (x[:: max(1, x.size // MEDIAN_SAMPLES)].astype(np.float64) for x in axes)
     return float(np.linalg.norm([np.nanmedian(x) for x in thinned]))
 
@@ -205,10 +180,7 @@ def _difference_from_gravity(mean: float, unit: str) -> float:
 
 
 def _other_unit_by_gravity(mean: float, stated: str | None) -> str | None:
-    """First of m/s^2, g, mg, mm/s^2 and ug in which a mean acceleration is gravity within 6 %; None without one.
-
-    None also if it is gravity in the stated unit within 15 %.
-    """
+    """First of `ACCELERATION_UNITS` in which the mean is gravity within 6 %; None if the `stated` unit fits within 15 %."""
     if stated is not None and _difference_from_gravity(mean, stated) < MAX_STATED_DIFFERENCE:
         return None
     near = (
@@ -218,10 +190,7 @@ def _other_unit_by_gravity(mean: float, stated: str | None) -> str | None:
 
 
 def _unit_doubt_finding(recording: Recording, doubt: _Doubt) -> Finding:
-    """Warning `Finding` with the kind ``"unit_doubt"`` about a triad, with the remedy to give the likely unit.
-
-    If no unit is stated, the remedy also names a unit for gyroscopes without one.
-    """
+    """Warning about a triad, with the remedy to give the likely unit."""
     names = names_text([recording.columns[at] for at in doubt.places])
     if doubt.stated is None:
         # The remedy also names a unit for gyroscopes without one.
@@ -248,17 +217,9 @@ def _unit_doubt_finding(recording: Recording, doubt: _Doubt) -> Finding:
 def without_wrong_units(
     table: Table, given: Mapping[str, str]
 ) -> tuple[list[str | None], list[Finding]]:
-    """Tuple (units, findings): list of the stated unit of each column, or None where gravity shows that it is wrong.
+    """Stated unit of each column, or None where gravity shows that it is wrong; and one finding for each such triad.
 
-    A stated unit is wrong if the mean of the triad of accelerometers is gravity in the given unit only. Each such triad
-    has a finding; without a given acceleration unit, nothing changes.
-
-    Parameters
-    ----------
-    table : Table
-        The log, or its first rows.
-    given : mapping of str to str
-        Units that the user gave, by kind of sensor.
+    A stated unit is wrong if the mean of the accelerometers is gravity in the unit in `given`, by kind of sensor, only.
     """
     units: list[str | None] = list(table.units)
     wanted = given.get(ACCELERATION)

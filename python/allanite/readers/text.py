@@ -26,10 +26,7 @@ from allanite.recording.samples import default_names
 
 @contextmanager
 def core_errors_with_remedy(name: str) -> Iterator[None]:
-    """Context that appends a remedy to the message of package errors and removes a leading `name` of the log from them.
-
-    The error object is changed and raised again.
-    """
+    """Context that appends a remedy to the message of package errors and removes a leading `name` of the log from them."""
     try:
         yield
     except AllaniteError as error:
@@ -39,7 +36,7 @@ def core_errors_with_remedy(name: str) -> Iterator[None]:
 
 
 def _row_error_remedy(found: str) -> str:
-    """Remedy to append to the message of an error about a row of a text log; an empty text for other errors.
+    """Remedy to append to the message of an error about a row of a text log; empty for other errors.
 
     A decimal comma splits each number into two columns. A row then has twice the columns of the header, or one less if the
     first column holds whole numbers.
@@ -119,11 +116,7 @@ def read(path: Path, pick: Picker) -> Table:
 
 
 def _read_table(path: Path, pick: Picker) -> Table:
-    """`Table` with the picked columns of a text log; the other columns are None.
-
-    Day and month of slashed dates are exchanged if the record is shorter then, which a note says. `pick` sees the first
-    rows. Raises `InputError` for a table of deviations, damaged cells, or too little memory.
-    """
+    """`Table` with the picked columns of a text log; the others are None."""
     first, cells, delimiter = first_rows_of(path)
     wanted = sorted(set(pick(first)))
     require_memory(
@@ -137,11 +130,10 @@ def _read_table(path: Path, pick: Picker) -> Table:
 
 
 def first_rows_of(path: Path) -> tuple[Table, list[str], str | None]:
-    """Tuple (table, cells, delimiter) of a text log; the table has the first 20 000 rows of all columns.
+    """Table with the first 20 000 rows of all columns of a text log, one cell of each column, and the delimiter.
 
-    The table has the stated rate. A column with more texts than numbers is None in the table. `cells` is a list of one
-    text for each column: its first cell that is no number, or else its first cell. The delimiter is ``","`` if the header
-    needs it, else None: the core recognizes it. Raises `InputError` if the header names a computed Allan deviation.
+    A column with more texts than numbers is None in the table. The cell is the first one that is no number, or else the
+    first. The delimiter is None if the core recognizes it. Raises `InputError` if the header names an Allan deviation.
     """
     delimiter = None
     reader = _kernels.TextReader(str(path))
@@ -201,10 +193,9 @@ def exchange_day_and_month(seconds: Array) -> Array:
 
 
 def day_comes_first(chunks: Iterable[Array]) -> bool:
-    """True if slashed dates such as 03/04/2026 state the day first.
+    """True if slashed dates such as 03/04/2026 state the day first: the record is then shorter, and not below one day.
 
-    This is so if the record becomes shorter when day and month are exchanged. False for a record shorter than one day,
-    and if a time is missing. `chunks` are the date-times in s since 1970, read with the month first.
+    `chunks` are the date-times in s since 1970, read with the month first.
     """
     ends: list[Array] = []
     for seconds in chunks:
@@ -217,10 +208,7 @@ def day_comes_first(chunks: Iterable[Array]) -> bool:
 
 
 def with_day_first(table: Table, cells: Sequence[str], columns: Iterable[int]) -> Table:
-    """`Table` with day and month exchanged in the columns with these indices, and a note about each of them.
-
-    `cells` has one cell of each column, for the notes.
-    """
+    """`Table` with day and month exchanged in these columns, and a note about each, with its entry of `cells`."""
     arrays, notes = list(table.columns), list(table.notes)
     for i in sorted(columns):
         arrays[i] = exchange_day_and_month(table[i])
@@ -244,10 +232,7 @@ def _first_lines(path: Path) -> list[str]:
 
 
 def stated_rate(path: Path) -> float | None:
-    """Sampling rate in Hz that a comment or preamble states (``// Update Rate: 100.0Hz``), or None.
-
-    The first line with a rate counts. Without one, the first interval counts, as in ``# Tau: 0.01``.
-    """
+    """Sampling rate in Hz that a comment or preamble states (``// Update Rate: 100.0Hz``, ``# Tau: 0.01``), or None."""
     lines = _first_lines(path)
     found = next((match for line in lines if (match := _RATE.match(line))), None)
     if found is not None:
@@ -259,10 +244,9 @@ def stated_rate(path: Path) -> float | None:
 def _names_of_two_lines(
     path: Path, names: tuple[str, ...], units: tuple[str | None, ...]
 ) -> tuple[tuple[str, ...], tuple[str | None, ...]]:
-    """Tuple (names, units) of a header of two lines: names of groups, and below them names of columns.
+    """Names and units of a header whose second line has the names of columns below those of groups.
 
-    A column is then named ``group column`` and has the unit of its group, or None. `names` and `units` are those of the
-    first line, and are returned unchanged if the header has one line.
+    A column is then named ``group column`` and has the unit of its group. A header of one line is returned unchanged.
     """
     rows = list(_lines_of_cells(path, len(names)))
     above = next((i for i, cells in enumerate(rows) if split_header(cells)[0] == names), None)
@@ -291,10 +275,7 @@ def _is_number(cell: str) -> bool:
 
 
 def _lines_of_cells(path: Path, count: int) -> Iterator[list[str]]:
-    """Yield the stripped cells of the lines with exactly `count` cells; only 60 lines, within 16 kB, are read.
-
-    Cells end at a tab, semicolon or comma.
-    """
+    """Yield the stripped cells of the lines with exactly `count` cells; only 60 lines, within 16 kB, are read."""
     with path.open("rb") as stream:
         lines = stream.read(16384).decode("utf-8", "replace").splitlines()[:60]
     for line in lines:
@@ -304,10 +285,7 @@ def _lines_of_cells(path: Path, count: int) -> Iterator[list[str]]:
 
 
 def _units_below(path: Path, names: tuple[str, ...]) -> tuple[str | None, ...] | None:
-    """Tuple of the units in a line below the names: ``(us) (na) (m/s^2)`` or ``ms deg/s``; None without such a line.
-
-    An entry is None for empty brackets, or for ``-``, ``n/a`` and the like without brackets.
-    """
+    """Units in a line below the names: ``(us) (na) (m/s^2)`` or ``ms deg/s``; None without such a line."""
     rows = list(_lines_of_cells(path, len(names)))
     for cells in rows:
         found = [_UNIT.match(cell) for cell in cells]

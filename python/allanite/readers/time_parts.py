@@ -54,15 +54,8 @@ _TIME_OF_DAY = (
 class TimeParts:
     """Several columns that together are the time.
 
-    Attributes
-    ----------
-    form : str
-        Description of the columns, for messages.
-    columns : tuple of int
-        Indices of the columns, the coarsest first.
-    seconds : callable
-        Function of the columns (arrays of shape (n,), in the order of `columns`) that returns terms in seconds, whose
-        sum is the time.
+    `columns` are their indices, the coarsest first. `seconds` returns the terms, in s, whose sum is the time, from the
+    columns in this order. `form` describes them in messages.
     """
 
     form: str
@@ -74,12 +67,7 @@ class TimeParts:
     ) -> Array:
         """Time of each row, s, shape (n,). Zero is the start of the coarsest part of the first row, e.g. midnight.
 
-        Parameters
-        ----------
-        arrays : sequence of ndarray of shape (n,)
-            The columns.
-        origin : sequence of float, optional
-            Values of the columns in the first row of the log. Default: the first row of `arrays`.
+        `origin` has the values of the first row of the log, if this is not the first row of `arrays`.
         """
         first = [
             x[:1] if origin is None else np.array(origin[i : i + 1]) for i, x in enumerate(arrays)
@@ -98,16 +86,7 @@ def find_time_parts(
     """`TimeParts` of columns that together are the time, recognized by names and first rows; None without any.
 
     Tried in this order: date and time of day; seconds and their fraction; GPS week and seconds; MJD and seconds;
-    calendar.
-
-    Parameters
-    ----------
-    names : sequence of str
-        Names of all columns.
-    columns : sequence of (ndarray of shape (n,) or None)
-        First rows of each column.
-    dates : frozenset of int
-        Columns of date-times as text, converted to seconds.
+    calendar. `dates` are columns of date-times as text, converted to seconds.
     """
     words = [words_in(name) for name in names]
     numbers = {i: x for i, x in enumerate(columns) if x is not None and i not in dates}
@@ -148,8 +127,7 @@ def _calendar_parts(
 ) -> TimeParts | None:
     """`TimeParts` of year, month and day (or day of year) and, if logged, the time of day; None without such columns.
 
-    The year must lie between 1900 and 2200. The result is also None for a whole day of year that never rises without a
-    time of day. `column_named` finds the index of a column by a pattern of its name, `numbers` holds the first rows.
+    A whole day of the year that never rises needs a time of day.
     """
     year = column_named(_YEAR)
     if year is None or not _are_whole(numbers[year]) or not 1900 < float(numbers[year][0]) < 2200:
@@ -177,11 +155,7 @@ def _calendar_parts(
         return None
 
     def seconds(x: Sequence[NDArray[Any]]) -> list[Array]:
-        """List of arrays in s whose sum is the time since 1970: whole days, fraction of a day, then each time of day.
-
-        `x` has the columns named in `taken`: year, month if there is one, day, then times of day, such as hour, minute and
-        second. Without a month, the day is the day of the year, from 1.
-        """
+        """Terms in s whose sum is the time since 1970: whole days, fraction of a day, then each time of day."""
         years = (np.asarray(x[0]).astype(np.int64) - 1970).astype("datetime64[Y]")
         start = years.astype("datetime64[M]")
         if calendar == 3:
@@ -199,11 +173,7 @@ def _calendar_parts(
 def _seconds_and_fraction(
     names: Sequence[str], columns: Sequence[NDArray[Any] | None]
 ) -> TimeParts | None:
-    """`TimeParts` of the first pair of columns such as ``stamp.sec`` and ``stamp.nanosec``, or None without such a pair.
-
-    Both columns must hold whole numbers, and the fraction must be below one second. Columns whose first rows were not
-    read do not count.
-    """
+    """`TimeParts` of the first pair of columns such as ``stamp.sec`` and ``stamp.nanosec``, or None."""
     keys = [name.strip().lower() for name in names]
     rests: dict[str, tuple[int, float]] = {}
     for at, key in enumerate(keys):

@@ -32,7 +32,7 @@ _WITH_SLASH = re.compile(r"(?P<name>.+)[_\s](?P<unit>[^_\s]+/[^_\s]+)$")
 def unit_in_name(name: str) -> str | None:
     """Unit at the end of a column's name: ``deg/s`` for ``GyrX_dps``, ``ns`` for ``offset_ns``; else None.
 
-    None if the name ends with no unit, or if the unit contradicts the sensor that the name states, as in ``gyro_x_mg``.
+    None also if the unit contradicts the sensor that the name states, as in ``gyro_x_mg``.
     """
     stated = _WITH_SLASH.match(name.strip())
     if stated is not None:
@@ -51,28 +51,19 @@ def unit_in_name(name: str) -> str | None:
 
 
 def usual_units(names: Iterable[str]) -> str:
-    """Text ``deg/s``, ``m/s^2`` or ``deg/s,m/s^2`` for names of gyroscopes, of accelerometers, or of both.
-
-    It is empty if one of the names does not state a sensor, or without names.
-    """
+    """``deg/s``, ``m/s^2`` or ``deg/s,m/s^2`` for names of gyroscopes, accelerometers, or both; else empty."""
     kinds = [sensor_kind(name) for name in names]
     return "" if None in kinds else ",".join(unit for kind, unit in USUAL.items() if kind in kinds)
 
 
 def unit_remedy(names: Sequence[str]) -> str:
-    """Text of a remedy for `InputError`: to add the usual units of the named sensors, or a unit if no sensor is named.
-
-    ``{this_unit:…}`` and ``{unit}`` in the text are placeholders for the words of Python or of the command line.
-    """
+    """Remedy of an `InputError`: to add the usual units of the named sensors, or a unit if a name states no sensor."""
     usual = usual_units(names)
     return f"add {{this_unit:{usual}}}, or the true unit" if usual else "add {unit}"
 
 
 def no_unit_findings(names: Sequence[str]) -> list[Finding]:
-    """List with one finding that the named columns have no unit and are treated as dimensionless.
-
-    It is empty without names. The finding is a warning if a name states an inertial sensor.
-    """
+    """At most one finding that the named columns have no unit; a warning if a name states an inertial sensor."""
     if not names:
         return []
     inertial = any(sensor_kind(name) for name in names)

@@ -17,15 +17,10 @@ Dataset = Any  # h5py.Dataset; h5py is imported in the child process only
 
 
 def datasets(file: Any) -> list[tuple[str, Dataset]]:
-    """List of (name, dataset) of all datasets of numbers, or with numeric fields, in an open HDF5 file.
+    """Name (``group/name``) and dataset of all numeric or partly numeric datasets of an open HDF5 file, without reading.
 
-    Nothing is read. The order is that of the file, and names contain the groups, as in ``group/name``.
-
-    Raises
-    ------
-    InputError
-        The file has a virtual dataset, external storage or an external link, all of which read another file. Or the
-        numbers need more memory than the budget.
+    Raises `InputError` for a virtual dataset, external storage or an external link, all of which read another file, and
+    if the numbers exceed the memory budget.
     """
     import h5py
 
@@ -73,10 +68,7 @@ def _external_data_error(found: str) -> InputError:
 
 
 def _numeric_fields(dtype: Any) -> list[str] | None:
-    """List of the numeric fields of a compound type; empty for a plain numeric type.
-
-    None for other types, and for a compound type without a numeric field.
-    """
+    """Numeric fields of a compound type; empty for a plain numeric type, None if nothing is numeric."""
     if dtype.names is None:
         return [] if dtype.kind in "iufb" else None
     return [name for name in dtype.names if dtype[name].kind in "iufb"] or None

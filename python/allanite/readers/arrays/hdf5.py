@@ -51,10 +51,9 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
 
 
 def _arrays_of_hdf5(path: Path) -> tuple[dict[str, NDArray[Any]], dict[str, dict[str, Any]]]:
-    """Tuple of two dicts of an HDF5 file by name with dots: numeric arrays, and attributes of each object as a dict.
+    """Numeric arrays of an HDF5 file, and attributes of each object, both by name with dots.
 
-    Fields of a table are arrays of their own. The key ``""`` has the attributes of the file. Scales of dimensions
-    without values are left out.
+    Fields of a table are arrays of their own. The key ``""`` has the attributes of the file.
     """
     import h5py
 
@@ -85,10 +84,7 @@ def _arrays_of_hdf5(path: Path) -> tuple[dict[str, NDArray[Any]], dict[str, dict
 
 
 def _arrays_of_netcdf3(path: Path) -> tuple[dict[str, NDArray[Any]], dict[str, dict[str, Any]]]:
-    """Tuple of two dicts of a netCDF 3 file by name: numeric arrays, and the attributes of each variable as a dict.
-
-    The key ``""`` has the attributes of the file.
-    """
+    """Numeric arrays of a netCDF 3 file, and attributes of each variable, by name; ``""`` has those of the file."""
     from scipy.io import netcdf_file
 
     with refused_as("a netCDF file"), netcdf_file(str(path), "r", mmap=False) as file:

@@ -63,20 +63,8 @@ def assemble(found: Mapping[str, NDArray[Any]], units: Mapping[str, str] | None 
     """`Table` of the longest arrays, in the order of `found`; each array is one or several columns.
 
     An array with more columns than rows is transposed first. Arrays of more than two dimensions and shorter arrays are
-    left out. Names keep only their last part if it is unique. The columns of an array with three get the endings ``_x``,
-    ``_y``, ``_z``; those of other arrays ``_0``, ``_1``, ….
-
-    Parameters
-    ----------
-    found : mapping of str to ndarray
-        Arrays by name. A scalar named Fs, rate, … is the sampling rate.
-    units : mapping of str to str, optional
-        Units of arrays, by name.
-
-    Raises
-    ------
-    InputError
-        There is no numeric array.
+    left out. A scalar named Fs, rate, … is the sampling rate. Names keep only their last part if it is unique. Raises
+    `InputError` without a numeric array.
     """
     rate = next(
         (
@@ -114,11 +102,7 @@ def _one_sample_per_row(array: NDArray[Any]) -> NDArray[Any]:
 
 @isolated("the MATLAB reader of SciPy", SECONDS_PER_MEGABYTE, ["scipy.io"])
 def read_up_to_v72(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
-    """`Table` of the longest numeric arrays in a file of version 4 to 7.2, also in structures (see `assemble`).
-
-    Complex and sparse arrays, texts, cells and arrays of structures are left out. Raises `InputError` for a damaged
-    file. `pick` is not used: all these columns are read.
-    """
+    """`Table` of the longest real numeric arrays in a file of version 4 to 7.2, also in structures (see `assemble`)."""
     from scipy.io import loadmat, whosmat
 
     with refused_as("a MATLAB file"):
@@ -142,10 +126,7 @@ def read_up_to_v72(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are
 
 
 def _numeric_arrays(name: str, value: Any) -> Iterator[tuple[str, NDArray[Any]]]:
-    """Yield (name, array) of a real numeric array, or of each one inside a structure, named ``structure.field``.
-
-    A single number becomes an array of shape (). Truth values count as numbers. Other values yield nothing.
-    """
+    """Yield (name, array) of a real numeric array, or of each one inside a structure, named ``structure.field``."""
     from scipy.io.matlab import mat_struct
 
     if isinstance(value, mat_struct):
@@ -157,11 +138,7 @@ def _numeric_arrays(name: str, value: Any) -> Iterator[tuple[str, NDArray[Any]]]
 
 @isolated("the HDF5 library", SECONDS_PER_MEGABYTE, ["h5py"])
 def read_v73(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
-    """`Table` of the longest numeric arrays in a file of version 7.3, which is HDF5 (see `assemble`).
-
-    Names contain the groups with dots. Compound datasets and contents of cells are left out. Raises `InputError` for a
-    damaged file. `pick` is not used: all these columns are read.
-    """
+    """`Table` of the longest numeric arrays in a file of version 7.3, which is HDF5 (see `assemble`)."""
     import h5py
 
     with refused_as("a MATLAB 7.3 file"), h5py.File(path, "r") as file:

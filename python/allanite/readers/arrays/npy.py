@@ -36,12 +36,7 @@ def table_of(data: NDArray[Any]) -> Table:
 def load(path: Path, largest_read: int = MAX_READ_BYTES) -> NDArray[Any]:
     """Array of shape (n, columns) from an NPY file, memory-mapped if it has more than `largest_read` bytes.
 
-    Raises
-    ------
-    InputError
-        The file is damaged or truncated, or does not hold numbers of one of these shapes.
-    TooShortError
-        The array has no samples.
+    Raises `InputError` if the file is damaged or holds something else, and `TooShortError` without samples.
     """
     try:
         with path.open("rb") as stream:
@@ -65,10 +60,7 @@ def load(path: Path, largest_read: int = MAX_READ_BYTES) -> NDArray[Any]:
 
 
 def _read_header(stream: IO[bytes]) -> tuple[tuple[int, ...], np.dtype[Any]]:
-    """Tuple (shape, dtype) of the array that follows in an open NPY file; the stream is then at its first byte.
-
-    Raises `ValueError` for another version than 1.0 or 2.0.
-    """
+    """Shape and dtype of the array that follows in an open NPY file; the stream is then at its first byte."""
     version = np.lib.format.read_magic(stream)
     # Version 3 is only needed for field names, which an array of numbers does not have.
     readers = {
@@ -82,11 +74,7 @@ def _read_header(stream: IO[bytes]) -> tuple[tuple[int, ...], np.dtype[Any]]:
 
 
 def _check_header(shape: tuple[int, ...], dtype: np.dtype[Any], there: int) -> None:
-    """Raise an error if the shape or dtype is no array of samples, or needs more bytes than the file has.
-
-    `InputError`: wrong shape or dtype. `ValueError`: the file is too short. `TooShortError`: no samples. `there` is the
-    number of bytes after the header.
-    """
+    """Raise an error if the array is not one of samples, or needs more than the `there` bytes after the header."""
     if len(shape) not in (1, 2) or dtype.kind not in "iufb":
         pickled = (
             ": pickled objects are never loaded, save a plain array" if dtype.hasobject else ""

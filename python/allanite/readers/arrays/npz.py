@@ -66,10 +66,7 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
 
 
 def _load_arrays(path: Path) -> dict[str, NDArray[Any]]:
-    """Dict from key to array of an NPZ file; keys other than those in `KEYS` get empty arrays and are not loaded.
-
-    Raises `InputError` if the file is damaged, holds pickled objects in a needed key, or exceeds the memory budget.
-    """
+    """Arrays of an NPZ file by key; keys other than `KEYS` get empty arrays and are not loaded."""
     key = ""
     try:
         # Opened here, because numpy leaves a damaged file open.
@@ -98,11 +95,7 @@ def _load_arrays(path: Path) -> dict[str, NDArray[Any]]:
 
 
 def _texts_of_key(found: dict[str, NDArray[Any]], key: str, k: int) -> tuple[str, ...] | None:
-    """Tuple of the texts of a key, one for each of `k` channels; None without the key.
-
-    A single text is repeated for every channel. Raises `InputError` for another number of entries, or for entries that
-    are no text.
-    """
+    """Texts of a key, one for each of `k` channels; a single text is repeated. None without the key."""
     if key not in found:
         return None
     if found[key].dtype.kind not in "US":

@@ -49,13 +49,7 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
 
 
 def _wanted_columns(schema: Any) -> list[int]:
-    """List of the indices of columns of numbers, Booleans or times, and of text columns named like a time, ascending.
-
-    Raises
-    ------
-    InputError
-        There is no column of numbers or Booleans.
-    """
+    """Indices, ascending, of columns of numbers, Booleans or times, and of text columns named like a time."""
     import pyarrow as pa
 
     types = pa.types
@@ -76,10 +70,7 @@ def _wanted_columns(schema: Any) -> list[int]:
 
 
 def _parquet_table(path: Path) -> Any:
-    """Arrow table with the wanted columns of a Parquet file.
-
-    Raises `InputError` for two columns of the same name, and before reading if the columns exceed the memory budget.
-    """
+    """Arrow table with the wanted columns of a Parquet file; the memory budget is checked before reading."""
     import pyarrow as pa
     from pyarrow import parquet
 
@@ -101,10 +92,7 @@ def _parquet_table(path: Path) -> Any:
 
 
 def _arrow_table(path: Path) -> Any:
-    """Arrow table with the wanted columns of an Arrow file.
-
-    Raises `InputError` after the first batch that exceeds the memory budget.
-    """
+    """Arrow table with the wanted columns of an Arrow file; the memory budget is checked after each batch."""
     import pyarrow as pa
 
     size, batches = 0, []

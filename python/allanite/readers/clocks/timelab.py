@@ -54,10 +54,7 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
 
 
 def _read_numbers(stream: IO[bytes], count: int) -> Array:
-    """Array of the next `count` numbers of an open text file, shape (n,); shorter, or empty, if the file ends.
-
-    Raises `InputError` for text instead of numbers, also for a cell over `MAX_NUMBER_LENGTH` bytes.
-    """
+    """The next `count` numbers of an open text file; fewer if the file ends."""
     found: list[Array] = []
     missing, rest = count, b""
     while missing > 0 and (block := stream.read(BLOCK)):
@@ -74,10 +71,7 @@ def _read_numbers(stream: IO[bytes], count: int) -> Array:
 
 
 def _append_numbers(found: list[Array], cells: list[bytes]) -> int:
-    """Append an array of the numbers in `cells` to the list `found`; return the number of cells.
-
-    Raises `InputError` if a cell is no number or the memory budget is exceeded.
-    """
+    """Append an array of the numbers in `cells` to `found`; return their count."""
     try:
         found.append(np.array(cells, dtype=np.float64))
     except ValueError as error:

@@ -32,10 +32,7 @@ STAMP = re.compile(r"^(?P<clock>\d\d:\d\d:\d\d\.\d{3}) ?-> ?")
 
 
 def first_lines(head: bytes) -> list[str]:
-    """List of the complete lines in the first bytes of a log, stripped, without blank lines.
-
-    The last line is left out if it has no line end, unless it is the only line.
-    """
+    """Complete lines in the first bytes of a log, stripped, without blank lines."""
     text = head.decode("utf-8", "replace").lstrip("\ufeff")
     lines = text.splitlines()
     if len(lines) > 1 and not text.endswith(("\n", "\r")):
@@ -46,11 +43,10 @@ def first_lines(head: bytes) -> list[str]:
 def chosen_source(
     rows: Mapping[str, Sequence[Any]], topics: Sequence[str], what: str
 ) -> tuple[str, list[str]]:
-    """Tuple (name, notes): the source to read from a log of several clocks, and a list of at most one note on the others.
+    """Name of the source to read from a log of several clocks, and at most one note on the others.
 
-    The source is the one in `topics`. Without a topic, it is the source with most rows (`rows` by source), the first one
-    if equal. `what` is the noun of the messages, such as ``"peer"``. Raises `InputError` for several topics or an
-    unknown one.
+    The source is the one in `topics`, or else the one with most `rows`. `what` is its noun in messages, such as
+    ``"peer"``. Raises `InputError` for several topics or an unknown one.
     """
     listed = {name: f"{plain(name)} ({len(own)} rows)" for name, own in rows.items()}
     if len(topics) > 1 or any(name not in rows for name in topics):
@@ -65,10 +61,7 @@ def chosen_source(
 
 
 def text_lines(path: Path) -> Iterator[str]:
-    """Yield the lines of a UTF-8 text file, each with its line end.
-
-    A byte order mark is removed. Bytes that are no UTF-8 become U+FFFD.
-    """
+    """Yield the lines of a UTF-8 text file with their line ends; other bytes become U+FFFD."""
     with path.open(encoding="utf-8-sig", errors="replace") as stream:
         yield from stream
 
@@ -81,13 +74,7 @@ def numbered_lines(path: Path) -> Iterator[tuple[int, str]]:
 
 
 def date_times(seconds: Iterable[float]) -> NDArray[np.datetime64]:
-    """Array of date-times (datetime64[ns]), shape (n,), from seconds since 1970.
-
-    Raises
-    ------
-    InputError
-        A date is missing or outside of the years 1678 to 2262.
-    """
+    """Date-times (datetime64[ns]) from seconds since 1970; raises `InputError` outside of the years 1678 to 2262."""
     found = np.asarray(list(seconds), dtype=np.float64)
     if not np.all(np.abs(found) < MAX_SECONDS_OF_DATES):  # also false for NaN
         raise InputError("a date is missing or outside of the years 1678 to 2262")
@@ -105,11 +92,7 @@ def terminal_times(clocks: Iterable[str]) -> NDArray[np.datetime64]:
 
 
 def spacing_notes(seconds: Array) -> list[str]:
-    """List with one text: median, least and largest interval between the lines, in s.
-
-    Empty for fewer than two lines, or if the three agree in six digits. A time server writes a line when a packet
-    arrives, so that the intervals may vary.
-    """
+    """At most one note: median, least and largest interval between the lines, in s, if they differ in six digits."""
     steps = np.diff(seconds)
     if steps.size == 0 or steps.min() == steps.max():
         return []

@@ -58,14 +58,9 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - the format fixes 
 
 
 def offsets_of(path: Path) -> list[str]:
-    """List of the dates (ISO 8601 texts) of the lines ``# offset MJD`` of a Hector series; empty for other files.
+    """Dates (ISO 8601) of the lines ``# offset MJD`` of a Hector series; empty for other files.
 
-    Only the first 8192 bytes of the file are read.
-
-    Raises
-    ------
-    InputError
-        Such a line has no Modified Julian Date of the years 1678 to 2262.
+    Raises `InputError` if such a line has no Modified Julian Date of the years 1678 to 2262.
     """
     head = head_of(path) if path.is_file() else b""
     if not recognizes(head):

@@ -41,10 +41,7 @@ def _json_object(line: str) -> dict[str, Any] | None:
 
 
 def _flat_values(value: object, path: str) -> Iterator[tuple[str, object]]:
-    """Yield (path, value) of every value inside a JSON value that is no object and no list.
-
-    The path joins keys by underscores. The values in a list of three are named x, y and z.
-    """
+    """Yield (keys joined by underscores, value) of all scalars in a JSON value; a list of three has keys x, y and z."""
     if isinstance(value, dict):
         for key, inner in value.items():
             yield from _flat_values(inner, f"{path}_{key}" if path else str(key))
@@ -112,10 +109,7 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
 
 
 def _json_number(value: object) -> float | None:
-    """Float of a JSON value: NaN for null, the number in a text, 1 or 0 for a Boolean.
-
-    None for other text, objects and lists.
-    """
+    """Number of a JSON value, also in a text: NaN for null, 1 or 0 for a Boolean, None for anything else."""
     if value is None:
         return float("nan")
     try:

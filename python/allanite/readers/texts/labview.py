@@ -48,10 +48,7 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - roles need the na
     is_time = keys.get("X_Dimension", ["Time"])[0].lower() == "time"
 
     def rows() -> Iterator[str]:
-        """Yield the lines of a plain text table: the header as ``#`` comments, then cells separated by tabs.
-
-        Numbers have decimal points. Cells to the right of the named columns, such as remarks, are left out.
-        """
+        """Yield the header as ``#`` comments, then cells separated by tabs, with decimal points."""
         for number, line in enumerate(text_lines(path)):
             if number < first:
                 yield f"# {line.strip()}"
@@ -76,10 +73,9 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - roles need the na
 
 
 def _parsed_header(path: Path) -> tuple[str, bool, dict[str, list[str]], list[str], int]:
-    """Tuple (separator, True for decimal commas, dict from key to values, names, index of the first row).
+    """Separator, True for decimal commas, dict from key to values, names, and index of the first row.
 
-    Columns named Comment at the end are left out of the names. Raises `InputError` if the headers do not end within the
-    first 200 lines, or no names follow.
+    Raises `InputError` if the headers do not end within the first 200 lines, or no names follow.
     """
     lines = [line.rstrip("\r\n") for line in islice(text_lines(path), HEAD_LINES)]
     ends = [i for i, line in enumerate(lines) if line.startswith(_END)][:2]

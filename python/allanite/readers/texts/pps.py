@@ -41,8 +41,7 @@ PICOSECONDS_PER_SECOND = 10**12
 def recognizes(head: bytes) -> bool:
     """True if the first lines are times of the edges of a pulse (PPS), one edge per line.
 
-    Lines with ``assert`` or a channel suffice; bare numbers need at least 8 unequal steps near whole multiples of a
-    round period.
+    Bare numbers need at least 8 unequal steps near whole multiples of a round period.
     """
     lines = first_lines(head)
     form = _line_pattern(lines)
@@ -86,10 +85,7 @@ def _picoseconds(found: re.Match[str]) -> int:
 
 
 def _round_period(step: float) -> float | None:
-    """Round period (1, 2 or 5 times a power of ten, s) nearest to a step in s, or None.
-
-    None if the step is not positive, or differs from the period by more than 0.1 %.
-    """
+    """Round period (1, 2 or 5 times a power of ten, s) within 0.1 % of a step in s, or None."""
     if not step > 0:
         return None
     power = 10.0 ** np.floor(np.log10(step))
@@ -138,7 +134,7 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
 
 
 def _phase_and_period(times: NDArray[np.object_], rows: list[int], of: str) -> tuple[Array, float]:
-    """Tuple (phase, period): phase in s of each period, shape (n,), NaN without an edge; period in s.
+    """Phase in s of each period, shape (n,), NaN without an edge; and the period in s.
 
     `times` are the edges in ps; `rows` and `of` are for messages. Raises `InputError` for fewer than two edges, a period
     that is not round, two edges in a period, or over 80 % of the periods without an edge.

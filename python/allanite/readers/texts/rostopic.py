@@ -31,10 +31,7 @@ def recognizes(head: bytes) -> bool:
 
 
 def _name_and_unit(field: str) -> tuple[str, str | None]:
-    """Tuple (column name, unit or None) of a field of a message: ``field.angular_velocity.x`` is ``gyro_x`` in rad/s.
-
-    Units are known for angular velocity, linear acceleration and temperature only.
-    """
+    """Column name and unit, or None, of a field of a message: ``field.angular_velocity.x`` is ``gyro_x`` in rad/s."""
     path = field.removeprefix("field.")
     vector = _VECTOR.match(path)
     if vector is None:
@@ -44,10 +41,7 @@ def _name_and_unit(field: str) -> tuple[str, str | None]:
 
 
 def _becomes_column(field: str) -> bool:
-    """True if a field of a message becomes a column: False for headers, covariances, orientations, and sequence numbers.
-
-    The time of receipt and the stamp of the header become columns.
-    """
+    """True unless a field of a message belongs to a header, covariance or orientation, or is a sequence number."""
     if field in (_RECEIVED, _STAMP):
         return True
     return not re.search(r"\.header\.|_?covariance|orientation|frame_id|\.seq$", field)

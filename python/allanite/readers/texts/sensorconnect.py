@@ -25,10 +25,7 @@ def recognizes(head: bytes) -> bool:
 
 
 def _name_and_unit(name: str, unit: str | None) -> tuple[str, str | None]:
-    """Tuple (channel name without its serial number, given unit or else the vendor's documented one).
-
-    The unit is None if neither exists.
-    """
+    """Channel name without its serial number, and the given unit, or else the vendor's documented one, or None."""
     channel = _SERIAL.sub("", name)
     known = next((u for start, u in _UNITS.items() if re.match(rf"{start}[XYZ]$", channel)), None)
     return channel, unit or known

@@ -103,11 +103,10 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
 def _read_sentences(
     path: Path, start: bytes, fields_of: Callable[[bytes], list[bytes] | None]
 ) -> tuple[list[list[bytes] | None], int, int]:
-    """Tuple (fields of each sentence or None if damaged, number of damaged ones, line of the first damaged one or 0).
+    """Fields of each sentence, or None if damaged; number of damaged ones; line of the first damaged one, or 0.
 
-    Sentences begin with `start`; other lines are skipped. `fields_of` returns the fields of a line, or None if its
-    checksum is wrong. A sentence with another number of fields than the first sound one is damaged. Raises `InputError`
-    for a log beyond the memory budget.
+    Sentences begin with `start`; other lines are skipped. `fields_of` returns None for a wrong checksum. A sentence with
+    another number of fields than the first sound one is damaged, too.
     """
     rows: list[list[bytes] | None] = []
     damaged = at = 0
@@ -129,10 +128,7 @@ def _read_sentences(
 
 
 def _vectornav_fields(line: bytes) -> list[bytes] | None:
-    """List of the fields after the name of a VectorNav sentence; None if the checksum (XOR of all bytes) is wrong.
-
-    The checksum ``XX`` counts as right.
-    """
+    """Fields after the name of a VectorNav sentence; None if the checksum (XOR of all bytes, or ``XX``) is wrong."""
     body, _, check = line[1:].partition(b"*")
     if check != b"XX" and check.upper() != b"%02X" % reduce(xor, body, 0):
         return None
@@ -161,10 +157,7 @@ def _numbers_of_fields(rows: list[list[bytes] | None], fields: slice) -> Array:
 
 
 def _vectornav_table(start: bytes, rows: list[Any], note: tuple[str, ...]) -> Table:
-    """`Table` of accelerations, angular rates and temperature from the fields of VectorNav sentences.
-
-    It has no time and no rate. Raises `InputError` if the sentences have too few fields.
-    """
+    """`Table` of accelerations, angular rates and temperature from the fields of VectorNav sentences, without time."""
     fields = VECTORNAV[start[3:6].decode()]
     values = _numbers_of_fields(rows, slice(len(fields)))
     if values.shape[1] < len(fields):
@@ -179,8 +172,7 @@ def _vectornav_table(start: bytes, rows: list[Any], note: tuple[str, ...]) -> Ta
 def _novatel_table(start: bytes, rows: list[Any], note: tuple[str, ...]) -> Table:
     """`Table` of angular rates and accelerations from the fields of NovAtel sentences, with the GPS time in s.
 
-    Damaged rows are left out. Counts of an IMU of unknown scale stay counts without units, which a note states. Raises
-    `InputError` if the sentences have too few fields.
+    Counts of an IMU of unknown scale stay counts without units, which a note states.
     """
     kind = start[1:].rstrip(b"A,").removesuffix(b"S")
     extended = kind.endswith(b"X")
@@ -209,10 +201,7 @@ def _novatel_table(start: bytes, rows: list[Any], note: tuple[str, ...]) -> Tabl
 def _scale_and_units(
     rows: list[Any], raw: bool, rate: float
 ) -> tuple[Array | None, tuple[str | None, ...]]:
-    """Tuple (factors from logged numbers to rad/s and m/s², shape (6,); the six units as texts).
-
-    If the scale is unknown, the factors are None, and so is each of the six units.
-    """
+    """Factors from logged numbers to rad/s and m/s², shape (6,), and six units; all None if the scale is unknown."""
     units: tuple[str | None, ...] = ("rad/s",) * 3 + ("m/s^2",) * 3
     if not raw:
         return np.full(6, rate), units

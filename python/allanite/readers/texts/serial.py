@@ -43,10 +43,7 @@ def recognizes(head: bytes) -> bool:
 
 
 def _labels_and_values(line: str) -> list[tuple[str, str]] | None:
-    """List of (label, value) of a line that holds nothing else; None for any other line.
-
-    Both are texts. An empty line gives None.
-    """
+    """Texts (label, value) of a line that holds nothing else; None for any other line."""
     found = [(m["label"], m["value"]) for m in _PAIR.finditer(line)]
     rest = _PAIR.sub("", line).strip(_SEPARATORS)
     return found if found and not rest else None
@@ -74,10 +71,7 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - roles need the na
 
     # Messages of a starting sketch ("MPU6050 found") become comments. A line with the names of the columns is kept.
     def commented_lines() -> Iterator[str]:
-        """Yield the lines of a plain table.
-
-        Text before the first values becomes comments, except the names of the columns.
-        """
+        """Yield the lines of a plain table; text before the first values becomes comments, except the names."""
         for i, line in enumerate(plain_lines):
             is_names = i < first and not labels and _is_header(line, plain_lines[first:])
             yield line if i >= first or is_names or not line else f"# {line}"
@@ -99,10 +93,9 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - roles need the na
 def _without_labels(
     lines: Sequence[str], labeled: Sequence[list[tuple[str, str]] | None]
 ) -> tuple[list[str], list[str]]:
-    """Tuple (labels, lines): the labels of the values, and every line with its values only, separated by commas.
+    """Labels of the values, and every line with its values only, separated by commas.
 
-    Lines before the first labeled one are unchanged. Without a labeled line, there are no labels. Raises `InputError`
-    for a later line without labels or with other labels.
+    Lines before the first labeled one are unchanged. Raises `InputError` for a later line with other labels or none.
     """
     labels: list[str] = []
     values: list[str] = []
@@ -136,7 +129,7 @@ def _is_row(line: str) -> bool:
 
 
 def _is_header(line: str, rows: Sequence[str]) -> bool:
-    """True if a line has as many cells as the first of `rows` has values; False without rows.
+    """True if a line has as many cells as the first of `rows` has values.
 
     Blanks either separate cells or belong to names (``gyro x``): one of the two numbers of cells must agree.
     """

@@ -48,8 +48,7 @@ _UNITS = {
 def recognizes(head: bytes) -> bool:
     """True if the text looks like the output of a sensor library's example: lines with a sensor's name and three axes.
 
-    Over half of the first lines must hold three axes or a temperature, and at least two must have a name and three axes.
-    Time stamps of a serial monitor at the beginning of the lines are ignored.
+    Over half of the first lines must hold three axes or a temperature, and at least two a name and three axes.
     """
     lines = [STAMP.sub("", line) for line in first_lines(head)]
     found = [
@@ -110,11 +109,7 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
 
 
 def _values_of_match(match: re.Match[str]) -> list[tuple[str, float, str | None]]:
-    """List of (column name, value, unit or None) of a matched line: three axes, or one temperature.
-
-    Names are in lower case with underscores, and ``rotation`` becomes ``gyro``. Known units are spelled as allanite
-    does.
-    """
+    """Tuples (column name, value, unit or None) of a matched line: three axes, or one temperature."""
     words = plain(match["name"]).strip().lower().replace(" ", "_")
     unit = match["unit"] and _UNITS.get(match["unit"].strip(), plain(match["unit"].strip()))
     if match.re is _SINGLE:
@@ -131,10 +126,7 @@ def _number_or_overflow(text: str) -> float:
 def _require_whole_sample(
     samples: list[dict[str, float]], units: dict[str, str | None], line: int
 ) -> None:
-    """Raise `InputError` if the last sample lacks a column of `units`.
-
-    `line` is the row where it begins. Nothing happens without samples.
-    """
+    """Raise `InputError` if the last sample, which begins in row `line`, lacks a column of `units`."""
     if samples and samples[-1].keys() != units.keys():
         lacking = ", ".join(units.keys() - samples[-1].keys())
         raise InputError(f"the sample that begins in row {line} has no {lacking}")

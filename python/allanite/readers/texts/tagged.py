@@ -30,9 +30,9 @@ _KINDS = (re.compile("gyr", re.IGNORECASE), re.compile("acc", re.IGNORECASE))
 
 
 def recognizes(head: bytes) -> bool:
-    """True if rows begin with the name of a sensor: at least 80 % of them, and 8, begin with one of 2 to 12 words.
+    """True if at least 8 rows, and 80 %, begin with one of 2 to 12 words, one of which names an inertial sensor.
 
-    One of the words must name an inertial sensor. The word must change at least 4 times between rows.
+    The word must change at least 4 times between rows.
     """
     lines = [line for line in first_lines(head) if line[0] not in "%#/"]
     rows = [m["tag"] for line in lines if (m := _ROW.match(line))]

@@ -12,11 +12,6 @@ def quiet(module: Any) -> Iterator[None]:
     """Context in which calls of ``print`` in the given module do nothing, in all threads. Streams are not redirected.
 
     If contexts overlap, the first one that ends also ends the silence of the others.
-
-    Parameters
-    ----------
-    module : module
-        Module whose functions call ``print``.
     """
     names = vars(module)
     names["print"] = lambda *_, **__: None

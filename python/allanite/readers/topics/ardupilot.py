@@ -93,7 +93,7 @@ def read(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:  # noqa
 
 
 def _safe_reader_class(reader: type[Any]) -> type[Any]:
-    """Subclass of a reader class of pymavlink whose instances raise an error for a message of length 0.
+    """Subclass of a reader class of pymavlink that raises an error for a message of length 0.
 
     Such a message of a damaged log would cause an infinite loop.
     """
@@ -130,11 +130,7 @@ def _number_or_nan(value: Any) -> float:
 def _chosen_messages(
     rows: dict[tuple[str, int], list[tuple[float, ...]]], topics: Sequence[str]
 ) -> tuple[str, int] | None:
-    """Tuple (kind, instance) of the messages to read: those of the first topic, or the first logged kind in `TOPICS`.
-
-    Without a number in the topic, the instance is 0. Without a topic, the instance is the lowest. None if `rows` has no
-    such messages.
-    """
+    """Kind and instance of the messages to read: those of the first topic, or of the first logged kind in `TOPICS`."""
     if topics:
         kind, _, at = topics[0].partition(".")
         found = (kind, int(at) if at.isdigit() else 0)

@@ -56,12 +56,11 @@ def read(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:  # noqa
 
 
 def _table_of_topics(bag: Any, requested: Sequence[str]) -> Table:
-    """`Table` of the `requested` topics of an open bag; without requested topics, of its first IMU topic.
+    """`Table` of the `requested` topics of an open bag, or else of its first IMU topic.
 
-    Without requested topics, an IMU topic with only the other kind of sensor (gyroscope or accelerometer) is joined. At
-    another rate it is not joined, but named in the attribute `others`. Temperatures are interpolated to the times of the
-    first topic. Raises `InputError` if a topic is missing, there is no IMU, or the requested topics have different
-    rates.
+    Without requested topics, an IMU topic with only the other kind of sensor is joined, or, at another rate, named in
+    `others`. Temperatures are interpolated to the times of the first topic. Raises `InputError` if a topic is missing,
+    there is no IMU, or the requested topics have different rates.
     """
     types = {c.topic: c.msgtype for c in bag.connections}
     listed = ", ".join(sorted(f"{topic} ({kind})" for topic, kind in types.items())) or "none"
@@ -116,8 +115,7 @@ def _join_other_imu(
 ) -> tuple[str | None, str | None]:
     """Append the sensor that `columns` lack, gyroscope or accelerometer, from the first of the IMU `topics` with it alone.
 
-    Returns a tuple (joined, apart): the topic whose columns were appended, and the one that has the sensor at another
-    rate; each may be None. Values are those of the message nearest to each `time`, ns.
+    Returns (joined, apart): the topic whose columns were appended, and the one with another rate; each may be None.
     """
     present = _sensor_prefixes(name for name, _, _ in columns)
     # RealSense and others publish the accelerometer on a separate topic, usually with another rate.
@@ -143,10 +141,7 @@ def _at_times(
     time: NDArray[np.int64],
     prefix: str = "",
 ) -> list[tuple[str, NDArray[Any], str | None]]:
-    """List of (name, values, unit or None) of the columns of a topic, with values of the message nearest to each time.
-
-    `found` and `stamps` are those of `_messages_of_topic`. The names get the `prefix`.
-    """
+    """Tuples (name, values, unit or None) of a topic, with values of the message nearest to each time (ns)."""
     nearest = np.searchsorted((stamps[1:] + stamps[:-1]) // 2, time)
     return [
         (prefix + name, values if stamps is time else values[nearest], unit)
@@ -160,17 +155,14 @@ def _sensor_prefixes(names: Iterable[str]) -> set[str]:
 
 
 def _is_same_rate(one: NDArray[np.int64], other: NDArray[np.int64]) -> bool:
-    """True if two topics have the same rate: their numbers of messages differ by at most one plus 0.1 %.
-
-    `one` and `other` are their time stamps, which are not compared.
-    """
+    """True if the numbers of messages of two topics differ by at most one plus 0.1 %; the stamps are not compared."""
     return abs(one.size - other.size) <= 0.001 * other.size + 1
 
 
 def _messages_of_topic(
     bag: Any, topic: str, kind: str
 ) -> tuple[NDArray[np.int64], dict[str, tuple[NDArray[Any], str | None]]]:
-    """Tuple (stamps, columns): time stamps of a topic in ns, and a dict from column name to (values, unit or None).
+    """Time stamps of a topic in ns, and a dict from column name to (values, unit or None).
 
     A stamp of 0 is replaced by the time of receipt. Of an IMU, a sensor with only zeros is left out. Raises
     `InputError` if the topic holds no message or no number.
@@ -207,10 +199,7 @@ def _messages_of_topic(
 
 
 def _numbers_in_message(message: Any, prefix: str) -> Iterator[tuple[str, float]]:
-    """Yield (path, value) of every number in a message, except those in headers, arrays and constants.
-
-    The path of a nested number joins field names by underscores.
-    """
+    """Yield (field names joined by underscores, value) of every number in a message outside of headers and arrays."""
     for field in fields(message):
         value = getattr(message, field.name)
         if field.name == "header" or field.name.startswith("__"):

@@ -88,11 +88,7 @@ def _sample_times(data: dict[str, Any]) -> NDArray[np.int64]:
 
 
 def _column_and_unit(topic: str, field: str) -> tuple[str | None, str | None]:
-    """Tuple (column name, unit) of a field, such as ``("gyro_x", "rad/s")``; (None, None) if it is no sample.
-
-    Samples are elements 0 to 2 of the arrays in `FIELDS`, ``temperature``, and ``x``, ``y``, ``z``: a gyroscope if the
-    topic's name contains ``gyro``, else an accelerometer.
-    """
+    """Column name and unit of a field, such as ``("gyro_x", "rad/s")``; (None, None) if it is no sample."""
     base, _, index = field.partition("[")
     axis = {"0]": "x", "1]": "y", "2]": "z"}.get(index)
     if base in FIELDS and axis:
