@@ -130,10 +130,7 @@ def export(
 
 
 def axes_named(axes: Sequence[Axis], column: str | Sequence[str] | None) -> list[Axis]:
-    """List of the axes with the given names, in the order of the names; all axes for None or an empty sequence.
-
-    A number in `column` is an index from 0. Raises `InputError` for an unknown name.
-    """
+    """List of the axes with the given names or indices from 0, in that order; all axes for None or an empty sequence."""
     names = [column] if isinstance(column, str) else column or []
     known = [axis.name for axis in axes]
     return [axes[find_column(name, known)] for name in names] or list(axes)
@@ -142,9 +139,8 @@ def axes_named(axes: Sequence[Axis], column: str | Sequence[str] | None) -> list
 def imus_of(axes: Sequence[Axis]) -> list[list[Axis]]:
     """List with one list of axes per IMU: the first gyroscope with the first accelerometer, and so on.
 
-    Columns whose names differ only in the letter of the axis (x, y, z) belong to one sensor. All axes form one IMU if no
-    kind of sensor has more than three axes. The same holds if both kinds are present in
-    different numbers, or if an axis belongs to another kind of sensor.
+    Columns whose names differ only in the letter of the axis belong to one sensor. All axes form one IMU if no kind has
+    more than three axes, if the numbers of sensors differ, or if another kind of sensor is present.
     """
     groups: dict[str, dict[str, list[Axis]]] = {ANGULAR_RATE: {}, ACCELERATION: {}}
     for axis in axes:
@@ -161,11 +157,7 @@ def imus_of(axes: Sequence[Axis]) -> list[list[Axis]]:
 def export_files(
     axes: Sequence[Axis], target: str, path: Path, rate: float | None = None, **how: Any
 ) -> dict[Path, str]:
-    """Dict from path to text of each file; nothing is written.
-
-    Several IMUs get one file each: ``imu-1.yaml``, ``imu-2.yaml``. The keyword arguments and errors are those of
-    `export`.
-    """
+    """Dict from path to text of each file; nothing is written. Several IMUs get one each: ``imu-1.yaml``, …."""
     groups = [list(axes)] if target in TARGETS and TARGETS[target].any_sensor else imus_of(axes)
     if len(groups) == 1:
         return {path: export(axes, target, rate, **how)}
@@ -176,10 +168,7 @@ def export_files(
 
 
 def _check_imu(axes: Sequence[Axis], target: Target) -> None:
-    """Raise `InputError` unless the axes are those of one IMU that the target can hold, each with noise in its model.
-
-    A file holds one IMU: at most three gyroscope and three accelerometer axes. Some targets need both sensors.
-    """
+    """Raise `InputError` unless the axes are those of one IMU that the target can hold, each with noise in its model."""
     for kind in (ANGULAR_RATE, ACCELERATION):
         names = [axis.name for axis in axes if axis.kind == kind]
         if len(names) > 3:

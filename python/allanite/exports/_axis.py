@@ -103,10 +103,7 @@ class Axis:
     turn_on: Mapping[str, Any] | None = None
 
     def origin(self) -> dict[str, object]:
-        """Dict for JSON on the source of the numbers: `source`, `warning`, `notes`, `assumptions`.
-
-        `source` is a text, `warning` a text or None; the other two are lists of text.
-        """
+        """Dict for JSON on the source of the numbers: `source`, `warning`, `notes`, `assumptions`."""
         return {
             "source": self.source,
             "warning": self.warning or None,
@@ -121,19 +118,13 @@ class Axis:
 
     @property
     def taus(self) -> Array:
-        """Averaging times in s, ascending, from one sample to the horizon, but at least to ten samples.
-
-        About eight per decade, each a whole number of samples.
-        """
+        """Averaging times in s, ascending, about eight per decade, from one sample to the horizon or to ten samples."""
         low, high = 1.0 / self.sampling, max(self.horizon, 10.0 / self.sampling)
         m = np.geomspace(1.0, high / low, int(8 * np.log10(high / low)) + 2)
         return np.unique(np.round(m)) / self.sampling
 
     def steady_model(self, *, upper: bool = False) -> Model:
-        """`Model` of the fitted values, with its white noise at the mean level over the record.
-
-        With `upper`, the values are the upper limits, and the white noise is at the level of the loudest segment.
-        """
+        """`Model` of the fitted values with white noise at its mean level; `upper`: of limits, at the loudest segment."""
         return _at_loudest_level(self.limits, self.span) if upper else self.model.steady(self.span)
 
     @property
@@ -146,10 +137,7 @@ class Axis:
 
     @property
     def expected_model(self) -> Model:
-        """`Model` with fitted coefficients, and white noise at its mean level over the record.
-
-        A coefficient that was not detected has its expected size: 0.64 times its 95 % upper limit.
-        """
+        """`Model` with white noise at its mean level; a coefficient that was not detected is 0.64 times its upper limit."""
         return self.expected.steady(self.span)
 
     @property
@@ -159,10 +147,9 @@ class Axis:
 
     @property
     def broad_model(self) -> Model:
-        """`Model` of the axis without deterministic effects and without random processes in narrow frequency bands.
+        """`expected_model` without deterministic effects and without random processes in narrow frequency bands.
 
-        The coefficients are fitted, or 0.64 times the upper limit if not detected. If all processes have narrow bands, the
-        model contains all of them. Filters and other modifiers remain.
+        If all processes have narrow bands, the model contains all of them. Filters and other modifiers remain.
         """
         whole = self.expected_model
         wide = [e for e in whole.stochastic if e.occupies is None]
@@ -172,7 +159,7 @@ class Axis:
     def slow_model(self) -> Model:
         """`Model` of white and slow noise: no narrow bands, and no noise that averages out faster than white noise.
 
-        The effects that modify white noise, such as filters, remain. The model is empty if no random process remains.
+        Modifiers remain. The model is empty if no random process remains.
         """
         broad = self.broad_model
         kept = [
@@ -187,28 +174,21 @@ class Axis:
         return bool((np.diff(level) <= 1e-6 * level[0]).all() and level[-1] < 0.99 * level[0])
 
     def upper_allan_variance(self, taus: Array) -> Array:
-        """Largest Allan variance within the intervals of the model at the averaging times `taus` (s), SI, shape of `taus`.
-
-        It includes known functions. White noise is at the level of the loudest segment.
-        """
+        """Largest Allan variance within the intervals of the model at `taus` (s), SI; includes known functions."""
         rate = self.sampling
         known = Model(self.limits.deterministic).allan_variance(taus, rate)
         largest = self._sum_largest_curves(lambda m: m.allan_variance(taus, rate), known)
         return self.scale**2 * largest
 
     def upper_psd(self, f: Array) -> Array:
-        """Largest two-sided density of the model's random processes within its intervals at `f` (Hz), SI, shape of `f`.
-
-        White noise is at the level of the loudest segment.
-        """
+        """Largest two-sided density of the model's random processes within its intervals at `f` (Hz), SI, shape of `f`."""
         rate = self.sampling
         return self.scale**2 * self._sum_largest_curves(lambda m: m.psd(f, rate), np.zeros(f.shape))
 
     def _sum_largest_curves(self, curve: Callable[[Model], Array], total: Array) -> Array:
-        """Array `total` plus, for each random process, the elementwise maximum of ``curve(model)`` over its models.
+        """`total` plus, for each random process, the elementwise maximum of ``curve(model)`` over its models in `corners`.
 
-        These models, `self.corners`, have different parameters within the intervals of the fit, mostly at the ends. White
-        noise is at the level of the loudest segment.
+        White noise is at the level of the loudest segment.
         """
         for forms in self.corners:
             total = total + np.maximum.reduce(
@@ -218,11 +198,7 @@ class Axis:
 
 
 def _loudest_segment(model: Model, span: tuple[float, float]) -> tuple[float, float]:
-    """Pair (start, end), s, of the segment with the largest rms level of white noise; the first of equal ones.
-
-    The span is divided into equal segments of at least 10 s, as many as possible but at most 1000. A span below 20 s is
-    one segment.
-    """
+    """Pair (start, end), s, of the segment with the largest rms level of white noise; the first of equal ones."""
     count = int(np.clip((span[1] - span[0]) / LEVEL_SEGMENT, 1, MAX_LEVEL_SEGMENTS))
     edges = np.linspace(*span, count + 1)
     segments = list(zip(edges[:-1].tolist(), edges[1:].tolist(), strict=True))
@@ -244,21 +220,8 @@ def axes_of(
 ) -> list[Axis]:
     """List of `Axis`, one for each axis of a model, a result, a file or a model string, or of a sequence of them.
 
-    Parameters
-    ----------
-    source : Source, Axis, or sequence of them
-        `allanite.sources.documents_of` lists the sources. An Axis stays as it is.
-    unit : str, optional
-        Unit of the samples, for models without a recording.
-    name : str
-        Name of a model that states none, for the file and for messages.
-    rate, record_length : float, optional
-        Sampling rate in Hz and length in s of the record behind another tool's result.
-
-    Raises
-    ------
-    InputError
-        A model has no effects or no unit, or a coefficient has no value.
+    `unit`, `rate` (Hz) and `record_length` (s) serve sources that do not state them; `name` a model without a name.
+    Raises `InputError` if a model has no effects or no unit, or a coefficient has no value.
     """
     if isinstance(source, Axis):
         return [source]
@@ -314,11 +277,9 @@ def _axis_of_model(found: AxisModel) -> Axis:
 
 
 def _effects_at_interval_ends(fitted: FittedEffect) -> list[Effect]:
-    """List of copies of an effect at its upper limit, whose shapes are fitted values or ends of their intervals.
+    """Copies of an effect at its upper limit, with all combinations of fitted values and interval ends of its free shapes.
 
-    The copies have all combinations of these values; the fitted values come first. Shapes are parameters such as a time
-    constant. Only shapes that the fit could change and that have an interval count. Without such a shape, the list has the
-    effect at its upper limit alone.
+    The first copy has the fitted shapes.
     """
     found = [fitted.upper]
     for name in fitted.effect.free_shapes:
@@ -330,16 +291,14 @@ def _effects_at_interval_ends(fitted: FittedEffect) -> list[Effect]:
 def _effects_on_joint_border(
     fitted: FittedEffect, correlations: Mapping[tuple[str, str], float]
 ) -> list[Effect]:
-    """List of copies of the effect with parameters on the border of the joint 95 % region of its coefficient and shapes.
+    """Copies of the effect with parameters on the border of the joint 95 % region of its coefficient and shapes.
 
-    A shape is a parameter such as a time constant. Errors of coefficient and shape compensate, so their separate
-    intervals would allow too much noise. The largest curves within the region lie above the true curve at all frequencies
-    at once, with a probability of 95 % (linear approximation). Values are clipped to the range of the parameter.
+    Errors of coefficient and shape compensate, so their separate intervals would allow too much noise. The largest
+    curves within the region lie above the true curve at all frequencies at once, with a probability of 95 % (linear
+    approximation). Values are clipped to the range of the parameter.
 
-    The list is empty if the effect is not random, has no free shape, or has more than `MAX_JOINT_PARAMETERS` parameters.
-    It is also empty if a correlation is unknown, or a parameter has no usable interval (`FittedParameter.closed_interval`).
-    Last, it is empty if the upper limit of the coefficient is above its interval, because of an alternative model. The
-    caller then combines the ends of all intervals.
+    The list is empty if this region is unknown, or if an alternative model raised the upper limit of the coefficient
+    above its interval.
     """
     effect, label = fitted.effect, fitted.label
     if not isinstance(effect, Stochastic) or not effect.free_shapes:
@@ -376,7 +335,7 @@ def _effects_on_joint_border(
 
 
 def _unit_directions(size: int) -> Array:
-    """Array of vectors in the space of `size` parameters, one per row, shape (directions, size).
+    """Array of directions in the space of `size` parameters, one per row, shape (directions, size).
 
     In a plane, 16 vectors slightly longer than 1, so that the polygon through them encloses the circle. In more
     dimensions, unit vectors to the middles of all faces and edges of a cube, and to its corners.
@@ -390,11 +349,9 @@ def _unit_directions(size: int) -> Array:
 
 
 def _models_at_corners(forms: Sequence[list[Effect]]) -> tuple[tuple[Model, ...], ...]:
-    """Tuple with one tuple per random process: `Model` objects of this process with different parameters.
+    """For each random process, a tuple of `Model`: all combinations of one of its copies and one copy of every modifier.
 
-    `forms` holds, for each effect of the model, a list of copies, such as those with parameters at the ends of their
-    intervals. Each model has one copy of the process, and one copy of every modifier (an effect that acts on the white
-    noise). All combinations of copies occur.
+    `forms` holds the copies of each effect of the model, such as those at the ends of their intervals.
     """
     acting = [own for own in forms if isinstance(own[0], Modifier)]
     behind = list(product(*acting))
@@ -406,11 +363,7 @@ def _models_at_corners(forms: Sequence[list[Effect]]) -> tuple[tuple[Model, ...]
 
 
 def value_or_limit(estimate: Estimate) -> tuple[float, str]:
-    """Pair (value, remark) of an estimated coefficient.
-
-    It is the fitted value with the remark ``""``. If the coefficient was not detected and has an interval, it is the
-    upper end of this interval with a remark that says so.
-    """
+    """Pair (value, remark) of a coefficient; if it was not detected and has an interval, its upper limit and a remark."""
     if estimate.detected or estimate.interval is None:
         return float(estimate), ""
     return estimate.interval[1], "not detected, this is the 95 % upper limit"
@@ -455,23 +408,11 @@ def axis_for_export(
     as_fitted: bool = False,
     inflate: float = 1.0,
 ) -> Axis:
-    """Copy of an `Axis` with the sampling rate, horizon and factor on deviations that apply to one export.
+    """Copy of an `Axis` with the sampling rate (Hz), horizon (s) and factor on deviations that apply to one export.
 
-    A factor other than 1 adds a note. Raises `InputError` unless rate, factor and horizon are positive.
-
-    Parameters
-    ----------
-    axis : Axis
-    rate : float, optional
-        Sampling rate, Hz. Default: the rate of the recording.
-    horizon : float, optional
-        Longest time without aiding, s. Default: 100 s or a tenth of the recording, whichever is shorter.
-    whole_record : bool
-        True if the default horizon is always a tenth of the recording. If False, it is at most 100 s.
-    as_fitted : bool
-        True to write only the fitted coefficients. If False, they are raised to cover the other effects.
-    inflate : float
-        Factor on all deviations, that is on the coefficients, not on their squares.
+    The default horizon is that of the axis, or with `whole_record` a tenth of the recording. `inflate` multiplies
+    coefficients, not their squares; other than 1, it adds a note. Raises `InputError` unless rate, factor and horizon
+    are positive.
     """
     positive(inflate, "inflate", "", "write a positive factor, such as 5")
     if horizon is not None and not 0.0 < horizon < np.inf:

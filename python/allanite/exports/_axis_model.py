@@ -1,7 +1,6 @@
 """Model of one axis with the uncertainty of its parameters, as a fit, a file or another source states it.
 
-Results and files have the same JSON form (`allanite.sources.documents_of`). `axis_model_of` checks it and reads all of it,
-so that no other module of the exports knows its keys.
+Only this module of the exports knows the keys of the JSON form of results (`allanite.sources.documents_of`).
 """
 
 from __future__ import annotations
@@ -56,9 +55,9 @@ class FittedParameter:
     unit: str = ""
 
     def estimate(self, parameter: Parameter, own: str, target: str) -> Estimate:
-        """`Estimate` of the parameter for samples in the unit `target`, where the samples of the source are in `own`.
+        """`Estimate` for samples in the unit `target`, where those of the source are in `own`.
 
-        The estimate has no interval if an end is open. Raises `InputError` if the units do not match.
+        It has no interval if an end is open. Raises `InputError` if the units do not match.
         """
         power, (low, high) = parameter.unit, self.interval
         assert isinstance(self.value, float)
@@ -73,10 +72,10 @@ class FittedParameter:
         ).to(coefficient_unit(target, power))
 
     def closed_interval(self, parameter: Parameter) -> tuple[float, float, float] | None:
-        """Tuple (lower end, value, upper end) of the 95 % interval.
+        """Tuple (lower end, value, upper end) of the 95 % interval, or None.
 
-        None if the parameter is no single number or was not detected, or if its interval is open or does not contain the
-        value. None also for a positive parameter whose interval reaches 0.
+        None if the parameter is no single number or was not detected, or if its interval is open or does not contain
+        the value. None also for a positive parameter whose interval reaches 0.
         """
         low, high = self.interval
         if not isinstance(self.value, float) or low is None or high is None or not self.detected:
@@ -120,7 +119,7 @@ class FittedEffect:
 
     @property
     def upper(self) -> Effect:
-        """The effect with the upper limit of its coefficient: the end of its interval, or of that of an alternative model.
+        """The effect with the largest upper limit of its coefficient, alternative models of the log included.
 
         The effect itself if it is not random, or has no upper end.
         """
@@ -198,11 +197,10 @@ class AxisModel:
 
 
 def axis_model_of(document: Mapping[str, Any], unit: str | None, source: str) -> AxisModel:
-    """`AxisModel` from the JSON document of a fit or a model.
+    """`AxisModel` from the JSON document of a fit or a model; `unit` is used if the document states none.
 
-    `unit` is used if the document states none; `source` names it in messages. If the document also has a model that holds
-    while motors run (key ``working``), that model replaces the fitted one. Raises `InputError` if effects, the unit or
-    the value of a coefficient are missing.
+    A model that holds while motors run (key ``working``) replaces the fitted one. Raises `InputError` if effects, the
+    unit or the value of a coefficient are missing.
     """
     recording = document.get("recording") or {}
     own = recording.get("unit") or unit
@@ -249,14 +247,7 @@ def axis_model_of(document: Mapping[str, Any], unit: str | None, source: str) ->
 def model_of_expected_size(document: Mapping[str, Any], model: Model, *, overbound: bool) -> Model:
     """Copy of a model in which a coefficient that was not detected is 0.64 times its limit; with `overbound`, upper limits.
 
-    Parameters
-    ----------
-    document : mapping
-        Document of a fit. Without intervals in it, the values are unchanged.
-    model : Model
-        Model of the document.
-    overbound : bool
-        True to replace each coefficient of a random process by its upper limit.
+    Without intervals in the document, the values are unchanged.
     """
     with invalid_as_input_error("the intervals do not have the format of a fit"):
         effects = _fitted_effects(model, document.get("effects") or [{}] * len(model))
@@ -315,10 +306,7 @@ def _plain_sentences(lines: Iterable[object]) -> tuple[str, ...]:
 
 
 def _correlations_of(document: Mapping[str, Any]) -> dict[tuple[str, str], float]:
-    """Dict from each pair of parameter names, in both orders, to the correlation of their estimates.
-
-    Empty if the document has no valid correlation matrix.
-    """
+    """Correlation of the estimates of each pair of parameters, in both orders; empty without a valid matrix."""
     found = document.get("correlations")
     if not isinstance(found, dict):
         return {}
@@ -339,11 +327,9 @@ def _correlations_of(document: Mapping[str, Any]) -> dict[tuple[str, str], float
 
 
 def warning_of(document: Mapping[str, Any]) -> str:
-    """Text with the reason not to trust the fit in a document; empty unless the document says that it is not adequate.
+    """First reason not to trust the fit in a document; empty unless the document says that it is not adequate.
 
-    The text does not name the fit. The reason is the first that holds: quantization distorts the coefficients; a dead zone
-    or dead band distorts the samples; the Allan error is beyond twice its expected scatter; the fit needs a model
-    discrepancy. Otherwise χ²/dof is stated. The text is ASCII, because some programs refuse other characters in comments.
+    The text is ASCII, because some programs refuse other characters in comments.
     """
     if document.get("adequate") is not False:
         return ""

@@ -21,18 +21,9 @@ TIME_NOTE = "T follows the Allan deviation of the model up to the horizon. It ne
 
 
 def choose(axis: Axis, *, overbound: bool = False, simulator: bool = False) -> NoiseParameters:
-    """`NoiseParameters` with the N and K that a file states for an axis.
+    """`NoiseParameters` with the N and K that a file of a filter, or of a `simulator`, states for an axis.
 
-    They follow the whole model of the axis. With `Axis.as_fitted`, they are the fitted coefficients.
-
-    Parameters
-    ----------
-    axis : Axis
-        The axis, with its model and the longest time without aiding (horizon).
-    overbound : bool
-        True if N and K must cover the upper limits of the model. `Axis.as_fitted` is then ignored.
-    simulator : bool
-        True for the file of a simulator, False for the file of a filter.
+    They follow the whole model, cover its upper limits (`overbound`), or are the fitted ones (`Axis.as_fitted`).
     """
     if overbound:
         return overbound_walk(axis)
@@ -46,11 +37,10 @@ def choose(axis: Axis, *, overbound: bool = False, simulator: bool = False) -> N
 def choose_gauss_markov(
     axis: Axis, time: float | None = None, *, overbound: bool = False, simulator: bool = False
 ) -> NoiseParameters:
-    """`NoiseParameters` with the N and the Gauss-Markov process that a file states for an axis.
+    """`NoiseParameters` with the N and the Gauss-Markov process that a file states for an axis; see `choose`.
 
-    With `overbound`, both cover the upper limits of the model. With `Axis.as_fitted`, they are the fitted ones, if the
-    model has a Gauss-Markov process. Otherwise they follow the whole model. `time` (s) fixes the correlation time; a
-    fitted process with another time is not used. `simulator` says whether the file is for a simulator or for a filter.
+    `time` (s) fixes the correlation time; a fitted process with another time is not used. With `Axis.as_fitted` but
+    without such a process, the numbers follow the whole model.
     """
     if overbound:
         return overbound_gauss_markov(axis, time)

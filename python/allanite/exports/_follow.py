@@ -1,7 +1,7 @@
 """N and K, or N and a Gauss-Markov process, that follow the whole model over a horizon.
 
-A filter is overconfident if its N and K ignore other effects of the sensor: a bias instability, a lag, a slow line. The
-numbers here are the closest to the model with which a bias filter is not overconfident. Two comparisons decide:
+A filter is overconfident if its N and K ignore other effects of the sensor. The numbers here are the closest to the
+model with which a bias filter is not overconfident. Two comparisons decide:
 
 * NEES: the filter is aided, then it coasts without aiding. The true variance of its error divided by the predicted
   variance (`allanite.statespace.bias_filter`) is at most 1.02 from 1 s to the horizon, and close to 1 at the horizon.
@@ -82,8 +82,8 @@ class Quality:
 class FollowedModel:
     """Model of an axis that the numbers of a file must follow, in units of `scale` SI units, and its white and slow part.
 
-    `rate` is in Hz. `horizon`, in s, is the longest time without aiding. `simulator` is False for a filter.
-    `undetected` names the standard coefficients, such as K, that were not detected and have their expected size.
+    `rate` is in Hz, `horizon` (longest time without aiding) in s. `undetected` names the standard coefficients that
+    were not detected and have their expected size.
     """
 
     model: Model
@@ -98,8 +98,7 @@ class FollowedModel:
     def tau(self) -> Array:
         """Averaging times at which the Allan deviations are compared, s, ascending, each a whole number of samples.
 
-        They end at the horizon, the longest time without aiding. They begin at one sample for a simulator, and at one
-        interval between fixes for a filter.
+        They begin at one sample for a simulator, and at one interval between fixes for a filter.
         """
         low = 1.0 / self.rate if self.simulator else mission_of(self.horizon, self.rate).step
         high = max(self.horizon, 2.0 * low)
@@ -110,10 +109,7 @@ class FollowedModel:
 
     @cached_property
     def allan(self) -> Array:
-        """Allan variance (SI) of the white and slow noise at the averaging times `tau`, shape of `tau`.
-
-        Noise in narrow bands, such as vibration, is not included.
-        """
+        """Allan variance (SI) of the white and slow noise without narrow bands at the averaging times `tau`."""
         return np.asarray(self.scale**2 * self.slow.allan_variance(self.tau, self.rate))
 
     @property
@@ -132,18 +128,15 @@ class FollowedModel:
 
     @property
     def times(self) -> list[float]:
-        """Sorted list of correlation times to try, s: 11 from 0.1 to 30 times the horizon, and those of the model.
-
-        The horizon is the longest time without aiding.
-        """
+        """Sorted list of correlation times to try, s: 11 from 0.1 to 30 times the horizon, and those of the model."""
         grid = self.horizon * np.geomspace(MIN_LAG, MAX_LAG, LAG_COUNT)
         return sorted({*map(float, grid), *(T for _, T in self.gauss_markov_values)})
 
     def nees(self, ratio: Array, time: Array) -> Array:
-        """Normalized estimation error squared (NEES) of bias filters, shape (filters, coasting times).
+        """Normalized estimation error squared (NEES), true over predicted error variance, shape (filters, coasting times).
 
-        NEES is the true variance of the filter's error over the predicted variance. The filters have N = 1 in SI units;
-        each has a ratio K/N in 1/s and a correlation time in s, infinite for a random walk.
+        The filters have N = 1 in SI units; each has a ratio K/N in 1/s and a correlation time in s, infinite for a
+        random walk.
         """
         errors = _filter_errors(
             self.horizon, self.rate, tuple(ratio.tolist()), tuple(time.tolist())
@@ -154,10 +147,9 @@ class FollowedModel:
     def candidates_of(self, ratio: Array, time: Array) -> Candidates:
         """`Candidates`: filters with these ratios K/N (1/s) and correlation times (s); each has the smallest sufficient N².
 
-        Each also has a cost. A correlation time is infinite for a random walk. N is at least that of the model. The Allan
-        variance may be up to 4 % below that of the model. For a filter, N² must also cover the variance of the error after
-        coasting. If the best filter is then too pessimistic at the horizon, the shortest coasting times are left out, one
-        by one.
+        N is at least that of the model, and the Allan variance at most 4 % below that of the model. For a filter, N²
+        must also cover the variance of the error after coasting. If the best filter is then too pessimistic at the
+        horizon, the shortest coasting times are left out, one by one.
         """
         tau, fs = self.tau, self.rate
         white = white_noise(1.0).allan_variance(tau, fs)
@@ -180,20 +172,14 @@ class FollowedModel:
         return found
 
     def candidates_on_grid(self, times: Sequence[float]) -> Candidates:
-        """`Candidates` (filters to compare): each ratio K/N of a logarithmic grid with each of the correlation times (s).
-
-        They are ordered by time, and for each time by ratio.
-        """
+        """`Candidates`: each ratio K/N of a logarithmic grid with each correlation time (s); sorted by time, then ratio."""
         count = int(RATIOS_PER_DECADE * np.log10(MAX_RATIO / MIN_RATIO)) + 1
         ratios = np.geomspace(MIN_RATIO, MAX_RATIO, count) / self.horizon
         every_time = np.repeat(np.asarray(times, float), ratios.size)
         return self.candidates_of(np.tile(ratios, len(times)), every_time)
 
     def refine_best(self, found: Candidates) -> tuple[float, float, float]:
-        """Tuple (N, K or q_c, correlation time in s) in SI of the best filter.
-
-        The best filter is that of `found`, or one of 13 with a ratio K/N close to its ratio and the same correlation time.
-        """
+        """Tuple (N, K or q_c, correlation time in s) in SI of the best of `found` and of 13 ratios K/N close to it."""
         ratio, time = found.ratio[found.best], found.time[found.best]
         step = 1 / RATIOS_PER_DECADE
         near = ratio * np.geomspace(10**-step, 10**step, 13)
@@ -219,11 +205,10 @@ class Candidates:
 
 
 def _costs_of(shares: Array, squares: Array, last_weight: float) -> Array:
-    """Costs of candidates (filters), shape (candidates,); small if the candidate predicts the noise of the model well.
+    """Costs of candidates, shape (candidates,); small if the candidate predicts the noise of the model well.
 
-    A share is a variance of the model divided by that of a candidate with N = 1. The cost is the mean of ln²(share/N²)
-    over time, plus `last_weight` times ln²(share/N²) at the last time. `shares` has the shape (candidates, times);
-    `squares`, of shape (candidates,), holds N².
+    A share, shape (candidates, times), is a variance of the model over that of a candidate with N = 1; `squares` holds
+    N². The cost is the mean of ln²(share/N²) over time, plus `last_weight` times ln²(share/N²) at the last time.
     """
     logs = np.log(np.maximum(shares / np.maximum(squares, 1e-300)[:, None], 1e-12))
     return np.asarray((logs**2).mean(axis=1) + last_weight * logs[:, -1] ** 2)
@@ -232,9 +217,8 @@ def _costs_of(shares: Array, squares: Array, last_weight: float) -> Array:
 def shared_correlation_time(axes: Sequence[Axis]) -> float:
     """Correlation time in s for a file format that has only one time for all axes.
 
-    If every model has a Gauss-Markov process, and all have the same time, this time is returned. Otherwise several
-    times are tried. The cost of a time says how far the predicted errors of its best filter are from the true ones. The
-    time with the smallest sum of costs over the axes is returned.
+    It is that of the models, if all have the same. Otherwise it has the smallest sum over the axes of the cost of the
+    best candidate.
     """
     targets = [followed_model(axis) for axis in axes]
     own = {T for target in targets for _, T in target.gauss_markov_values}
@@ -248,20 +232,13 @@ def shared_correlation_time(axes: Sequence[Axis]) -> float:
 
 
 def quality(axis: Axis, choice: NoiseParameters) -> Quality:
-    """`Quality` of a filter with the parameters `choice`, compared with the whole model of an axis.
-
-    It holds the ratio of the Allan deviations, and the NEES (true over predicted error variance of the filter).
-    """
+    """`Quality` of a filter with the parameters `choice`, compared with the whole model of an axis."""
     bare = NoiseParameters(choice.N, choice.K, choice.q_c, choice.correlation_time, B=choice.B)
     return _quality(followed_model(axis), bare)
 
 
 def followed_model(axis: Axis, *, simulator: bool = False) -> FollowedModel:
-    """`FollowedModel` of an axis: whole model, its white and slow part, sampling rate, and horizon (time without aiding).
-
-    A coefficient that was not detected is 0.64 times its upper limit in these models. `simulator` is True if a file for a
-    simulator follows the model, False for a filter.
-    """
+    """`FollowedModel` of an axis for a filter, or for a `simulator`."""
     return FollowedModel(
         axis.expected_model,
         axis.slow_model,
@@ -285,19 +262,15 @@ def _coefficient_of(model: Model, name: str) -> float:
 def _filter_errors(
     horizon: float, rate: float, ratio: tuple[float, ...], time: tuple[float, ...]
 ) -> Errors:
-    """`Errors` after coasting of bias filters with N = 1: one filter per ratio K/N (1/s) and correlation time (s).
-
-    The result is cached, because every axis tries the same ratios.
-    """
+    """`Errors` after coasting of bias filters with N = 1, ratios K/N (1/s) and correlation times (s); axes share them."""
     return bias_filter_errors(mission_of(horizon, rate), np.array(ratio), np.array(time))
 
 
 @lru_cache(maxsize=64)
 def follow_walk(target: FollowedModel) -> NoiseParameters:
-    """`NoiseParameters` with an N and K with which a filter (or simulator) follows the model; cached.
+    """`NoiseParameters` with an N and K with which a filter (or simulator) follows the model.
 
-    They are the fitted N and K if a filter with them predicts its error within a few percent (`_is_consistent`).
-    Otherwise many ratios K/N are tried. The ratio whose predicted variance is closest to that of the model is returned.
+    They are the fitted N and K if `_is_consistent` accepts them, otherwise those of the best ratio K/N.
     """
     fitted = target.scale * _coefficient_of(target.model, "K")
     plain = _fitted_walk(target, fitted)
@@ -309,11 +282,10 @@ def follow_walk(target: FollowedModel) -> NoiseParameters:
 
 @lru_cache(maxsize=64)
 def follow_gauss_markov(target: FollowedModel, time: float | None) -> NoiseParameters:
-    """`NoiseParameters` with an N and a Gauss-Markov process with which a filter (or simulator) follows the model; cached.
+    """`NoiseParameters` with an N and a Gauss-Markov process with which a filter (or simulator) follows the model.
 
-    They are the fitted ones if the model has white noise and exactly one such process, and `_is_consistent` accepts both.
-    Otherwise many pairs of ratio and correlation time are tried. The pair whose predicted variance is closest to that of
-    the model is returned. A given `time` (s) fixes the correlation time.
+    They are the fitted ones if the model has exactly one such process and `_is_consistent` accepts them. Otherwise they
+    are those of the best ratio and correlation time. A given `time` (s) fixes the correlation time.
     """
     own = target.gauss_markov_values
     if len(own) == 1 and time in (None, own[0][1]) and target.white > 0.0:
@@ -327,10 +299,7 @@ def follow_gauss_markov(target: FollowedModel, time: float | None) -> NoiseParam
 
 
 def negligible_walk(N: float, horizon: float, rate: float) -> float:
-    """Coefficient K of a random walk that adds 1 % to the Allan variance of white noise `N` at the horizon (s).
-
-    `rate` is the sampling rate, Hz. A horizon below one sample counts as one sample.
-    """
+    """Coefficient K of a random walk that adds 1 % to the Allan variance of white noise `N` at the horizon (s)."""
     last = np.array([max(horizon, 1.0 / rate)])
     white, unit = (
         e.allan_variance(last, rate)[0] for e in (white_noise(N), random_walk_effect(1.0))
@@ -341,7 +310,7 @@ def negligible_walk(N: float, horizon: float, rate: float) -> float:
 def _fitted_walk(target: FollowedModel, K: float) -> NoiseParameters | None:
     """`NoiseParameters` with the fitted N and `K`; None if `_is_consistent` refuses them or the model has no white noise.
 
-    K is at least the value that adds 1 % to the Allan variance at the horizon, because filters need a positive K.
+    K is at least `negligible_walk`, because filters need a positive K.
     """
     N = target.white
     if not N > 0.0:
@@ -361,8 +330,8 @@ def _fitted_walk(target: FollowedModel, K: float) -> NoiseParameters | None:
 def _is_consistent(target: FollowedModel, choice: NoiseParameters) -> bool:
     """True if a filter with these parameters predicts the variance of its error well at all times.
 
-    The NEES (true over predicted variance) must lie in [0.95, 1.02]. For a simulator, the model's Allan variance over
-    that of the parameters must lie in [0.95, 1.04] at all τ instead.
+    The NEES must lie in [0.95, 1.02]. For a simulator, the model's Allan variance over that of the parameters must lie
+    in [0.95, 1.04] at all τ instead.
     """
     if target.simulator:
         shares = target.allan / choice.model.allan_variance(target.tau, target.rate)
@@ -381,10 +350,9 @@ def _nees_of(target: FollowedModel, choice: NoiseParameters) -> Array:
 def _remarks_on_numbers(
     target: FollowedModel, N: float, name: str, value: float, fitted: float
 ) -> tuple[tuple[str, str], ...]:
-    """Tuple of pairs (name, remark): texts that compare the written N and slow coefficient with the fitted N and K.
+    """Pairs (name, remark) that compare the written N and slow coefficient `name` with the fitted N and K.
 
-    `name` is that of the slow coefficient, which has a remark in every case. N has a remark if the model has no white
-    noise, or if the written N is over 0.5 % larger than that of the model. `fitted` is the fitted K, or 0 without one.
+    `fitted` is the fitted K, or 0 without one.
     """
     last = f"{target.horizon:.4g} s"
     words = {}
@@ -406,8 +374,7 @@ def _remarks_on_numbers(
 def _ratio_text(target: FollowedModel, name: str, ratio: float) -> str:
     """Text that compares a written number with the fitted coefficient `name`: ``2.1 times the fitted K``.
 
-    `ratio` is written over fitted. For a ratio of 1, the text is ``the fitted K``. If the coefficient was not detected,
-    the text says so, and `ratio` refers to its expected size (0.64 times its upper limit).
+    If the coefficient was not detected, `ratio` refers to its expected size.
     """
     if name in target.undetected:
         return f"{name} was not detected: {ratio:.3g} times {EXPECTED_SIZE}"
@@ -416,11 +383,7 @@ def _ratio_text(target: FollowedModel, name: str, ratio: float) -> str:
 
 @lru_cache(maxsize=256)
 def _quality(target: FollowedModel, choice: NoiseParameters) -> Quality:
-    """`Quality` of the written parameters `choice` compared with the whole model, not only its white and slow part; cached.
-
-    `Quality.ratio` is the ratio of Allan deviations that is farthest from 1. `Quality.nees` is the largest NEES from a
-    tenth of the horizon on.
-    """
+    """`Quality` of the written parameters `choice` compared with the whole model, not only its white and slow part."""
     tau, fs = target.tau, target.rate
     written = choice.model.allan_variance(tau, fs)
     whole = target.scale**2 * target.model.allan_variance(tau, fs)
@@ -441,9 +404,6 @@ def _quality(target: FollowedModel, choice: NoiseParameters) -> Quality:
 
 
 def _count_short_times(target: FollowedModel) -> int:
-    """Number of the compared coasting times that are shorter than a tenth of the horizon.
-
-    A coasting time is a time without aiding; the horizon is the longest one.
-    """
+    """Number of the compared coasting times that are shorter than a tenth of the horizon."""
     times = mission_of(target.horizon, target.rate).times
     return int(np.count_nonzero(times < target.horizon / IGNORABLE_FRACTION))

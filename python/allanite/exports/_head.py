@@ -34,9 +34,8 @@ def head_comments(
 ) -> list[str]:
     """List of comment lines for the head of a file.
 
-    The first three lines say what the file holds, where its numbers come from, and whether to use it. Then follow the
-    effects of each axis and the conventions of the format, after the line ``Details:``. A file for a filter, without
-    `simulator` and `samples` (numbers per sample), also states the NEES.
+    The first three lines say what the file holds, where its numbers come from, and whether to use it. A file with
+    numbers per sample (`samples`), or for a simulator, states no NEES.
     """
     no_filter = simulator or samples
     return [
@@ -52,20 +51,16 @@ def head_comments(
 
 
 def _source_text(axis: Axis) -> str:
-    """Text of the origin of an axis: ``fit to``, its log or file, or ``a given model``.
-
-    For numbers that are assumptions, such as those of a data sheet, it is the source and ``without a log``.
-    """
+    """Origin of an axis: ``fit to`` its log or file, ``a given model``, or a source ``without a log``."""
     if axis.assumptions:
         return f"{axis.source}, without a log"
     return f"fit to {axis.source}" if axis.source != axis.name else "a given model"
 
 
 def _verdict_comment(pairs: Sequence[Pair], *, simulator: bool) -> str:
-    """Text of a comment that says whether to use the file, gives reasons against it, and states its largest error.
+    """Comment that says whether to use the file, gives reasons against it, and states its largest error.
 
-    "Use: no" if a fit is not adequate, or the NEES of a filter exceeds 1.2. Further sentences say what the logs are too
-    short to show. The text is ASCII, because some programs refuse other characters in a comment.
+    The text is ASCII, because some programs refuse other characters in a comment.
     """
     found = [(axis, quality(axis, choice)) for axis, choice in pairs]
     reasons = [f"{axis.name}: {axis.warning}" for axis, _ in pairs if axis.warning]
@@ -100,8 +95,7 @@ def _verdict_comment(pairs: Sequence[Pair], *, simulator: bool) -> str:
 def _nees_sentences(pairs: Sequence[Pair]) -> list[str]:
     """List with one sentence on the NEES (true over predicted error variance) of bias filters that use the written numbers.
 
-    Axes whose parameters include a bias instability B are left out, because such a filter has no state for B. The list is
-    empty if no axis remains.
+    Axes with a bias instability B are left out, because such a filter has no state for B; the list may be empty.
     """
     filters = [quality(axis, choice) for axis, choice in pairs if not choice.B]
     if not filters:
@@ -122,11 +116,7 @@ def _nees_sentences(pairs: Sequence[Pair]) -> list[str]:
 
 
 def _short_log_sentences(axes: Sequence[Axis]) -> list[str]:
-    """List of sentences about slow effects that a log was too short to detect; empty if there are none.
-
-    A log is too short if a tenth of its length is below 100 s: deviations are reliable up to this tenth. Axes without a
-    log, whose numbers are assumptions, are skipped.
-    """
+    """Sentences about slow effects that a log was too short to detect: a tenth of its length is below 100 s."""
     of: dict[tuple[str, float], list[str]] = {}
     for axis in axes:
         if axis.assumptions or axis.until >= HORIZON:
@@ -147,10 +137,7 @@ def _short_log_sentences(axes: Sequence[Axis]) -> list[str]:
 
 
 def _overconfidence_text(axis: Axis, choice: NoiseParameters, found: Quality) -> str:
-    """Text that a filter with the written numbers of an axis is overconfident, with its NEES.
-
-    It also names the effects that the numbers omit, or says ``a part of the model`` if no effect is omitted.
-    """
+    """Text that a filter with the written numbers of an axis is overconfident, with its NEES and the omitted effects."""
     left = [label for label, _ in _omitted_effects(axis, choice, simulator=False)]
     what = ", ".join(left) or "a part of the model"
     return (
@@ -160,11 +147,7 @@ def _overconfidence_text(axis: Axis, choice: NoiseParameters, found: Quality) ->
 
 
 def _axis_comments(axis: Axis, choice: NoiseParameters, *, simulator: bool) -> list[str]:
-    """List of comment lines on one axis: its model, notes, assumptions, and the effects that the numbers cover or omit.
-
-    More than 8 effects are counted by kind. If an overbound covers a changing white-noise level, a line names the
-    loudest segment.
-    """
+    """Comment lines on one axis: its model, notes, assumptions, and the effects that the numbers cover or omit."""
     covered = _covered_text(axis, choice, simulator=simulator)
     name = "+".join(_names_with_counts(e.short for e in axis.model))
     omitted = _omitted_effects(axis, choice, simulator=simulator)
@@ -197,19 +180,14 @@ def _bound(ratio: float) -> str:
 
 
 def _listed_or_counted(kinds: Mapping[str, str]) -> list[str]:
-    """List of the labels of effects, which are the keys of `kinds`.
-
-    For more than 8 effects, it is the list of their different kinds (the values), each with its count if above 1:
-    ``12 SIN``.
-    """
+    """Labels of effects, the keys of `kinds`; more than 8 are counted by kind: ``12 SIN``."""
     return list(kinds) if len(kinds) <= MAX_LISTED_EFFECTS else _names_with_counts(kinds.values())
 
 
 def _alternative_intervals(axis: Axis) -> Iterator[str]:
-    """Yield a line for each coefficient whose 95 % interval is wider under an alternative model of the log.
+    """Yield a line for each coefficient whose 95 % interval is over 10 % wider at one end under an alternative model.
 
-    An alternative model explains the log about as well as the fitted one. Wider means at one end, by over 10 % of the
-    width. Example: ``K 115 (95 ... 137); 0 ... 190 if alternatives are counted: gauss_markov``.
+    Example: ``K 115 (95 ... 137); 0 ... 190 if alternatives are counted: gauss_markov``.
     """
     for one in axis.fitted.effects:
         for name, (lower, upper) in one.over_rivals.items():
@@ -230,12 +208,7 @@ def _alternative_intervals(axis: Axis) -> Iterator[str]:
 
 
 def _covered_text(axis: Axis, choice: NoiseParameters, *, simulator: bool) -> str:
-    """Text that names the effects that the numbers of a file cover.
-
-    For an overbound, it is "the upper limits of all its effects". For fitted coefficients, it is their letters "as
-    fitted". Otherwise the covered effects are named, or counted by kind if more than 8. If numbers are the largest of
-    several axes, the text also names these axes.
-    """
+    """Text that names the effects that the numbers of a file cover, and the axes from which shared numbers come."""
     if choice.overbound:
         covered = "the upper limits of all its effects"
     elif choice.holds is not None:
@@ -261,12 +234,7 @@ def _labeled_effects(axis: Axis) -> Iterator[tuple[str, Effect]]:
 def _omitted_effects(
     axis: Axis, choice: NoiseParameters, *, simulator: bool
 ) -> list[tuple[str, Effect]]:
-    """List of pairs (label, effect) of the effects of an axis that the numbers of a file omit.
-
-    If the file has fitted coefficients (`NoiseParameters.holds`), these are all effects whose coefficients are not
-    written. Otherwise they are those that `_is_covered` refuses: mainly known functions such as steps. With `simulator`,
-    also lines and narrow bands.
-    """
+    """Pairs (label, effect) of the effects that the numbers of a file omit, mainly known functions such as steps."""
     if choice.holds is not None:
         return [(label, e) for label, e in _labeled_effects(axis) if label not in choice.holds]
     return [
@@ -277,9 +245,8 @@ def _omitted_effects(
 def _is_covered(effect: Effect, axis: Axis, simulator: bool) -> bool:
     """True if exported numbers, such as N and K, can represent this effect.
 
-    True for random processes, spectral lines and all modifiers (such as filters of the white noise). Also true for known
-    functions with an Allan variance of their own, such as a ramp, and false for other known functions. With `simulator`,
-    false for lines and for random processes in narrow bands.
+    A known function with an Allan variance of its own, such as a ramp, counts. Numbers for a simulator do not represent
+    lines and narrow bands.
     """
     if isinstance(effect, Stochastic):
         return not simulator or effect.occupies is None

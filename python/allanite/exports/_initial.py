@@ -30,10 +30,7 @@ def initial_bias(axis: Axis, *, overbound: bool = False) -> float | None:
 
 
 def largest_initial_bias(axes: Iterable[Axis], *, overbound: bool) -> tuple[float, Axis] | None:
-    """Pair (standard deviation of the bias at switch-on in SI, axis) of the axis with the largest one.
-
-    None if no axis has several logs, or without axes. With `overbound`, upper ends of the intervals are compared.
-    """
+    """Pair (`initial_bias`, axis) of the axis with the largest one; None if no axis has several logs."""
     known = [
         (value, axis)
         for axis in axes
@@ -43,10 +40,7 @@ def largest_initial_bias(axes: Iterable[Axis], *, overbound: bool) -> tuple[floa
 
 
 def unknown_bias_text(axis: Axis) -> str:
-    """Sentence that the bias at switch-on of an axis is unknown, because there is only one log.
-
-    The sentence also states the standard deviation of the bias that remains after an alignment at rest.
-    """
+    """Sentence that one log does not show the bias at switch-on, and which bias remains after an alignment at rest."""
     tau = np.array([min(ALIGNMENT, axis.until)])
     # The means of two neighboring segments differ by √2 Allan deviations.
     left = axis.scale * math.sqrt(
@@ -63,19 +57,8 @@ def initial_lines(
 ) -> str:
     """Text with a line for the bias at switch-on of each sensor: its standard deviation, the largest of the sensor's axes.
 
-    A sensor whose axes have only one log gets a comment instead. A sensor without axes has no line.
-
-    Parameters
-    ----------
-    axes : sequence of Axis
-    keys : mapping of str to str
-        Key in the file for ``gyro`` and ``accel``.
-    form : str
-        Format of a line with ``key``, ``value`` and ``note``.
-    mark : str
-        Beginning of a comment.
-    overbound : bool
-        Whether the upper ends of the intervals are written.
+    A sensor with only one log gets a comment, which begins with `mark`. `keys` has the key for ``gyro`` and ``accel``;
+    `form` is the format of a line with ``key``, ``value`` and ``note``.
     """
     lines = []
     for sensor, own in zip(("gyro", "accel"), gyro_and_accel_axes(axes), strict=True):

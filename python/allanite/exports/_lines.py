@@ -17,21 +17,16 @@ from allanite.exports._text import as_comments
 def choose_all(
     axes: Iterable[Axis], *, overbound: bool, simulator: bool = False
 ) -> list[tuple[Axis, NoiseParameters]]:
-    """List of pairs (axis, `NoiseParameters`) with the N and K that a file states for each axis.
-
-    They follow the model of the axis, cover its upper limits (`overbound`), or are the fitted ones (`Axis.as_fitted`).
-    `simulator` says whether the file is for a simulator or for a filter.
-    """
+    """List of pairs (axis, `NoiseParameters`) with the N and K that a file states for each axis; see `choose`."""
     return [(axis, choose(axis, overbound=overbound, simulator=simulator)) for axis in axes]
 
 
 def with_shared_numbers(
     *sensors: Sequence[tuple[Axis, NoiseParameters]],
 ) -> list[tuple[Axis, NoiseParameters]]:
-    """List of pairs (axis, new `NoiseParameters`), in which N and K are the largest of all axes of a sensor.
+    """Pairs (axis, new `NoiseParameters`), in which N and K are the largest of all axes of a sensor.
 
-    This is for formats with one N and one K per sensor. `sensors` has the pairs of each sensor; a sensor without axes has
-    none. In the attribute `others`, each axis whose own N or K is smaller names the axis from which the number comes.
+    In `others`, each axis whose own N or K is smaller names the axis from which the number comes.
     """
     out = []
     for pairs in sensors:
@@ -50,18 +45,14 @@ def with_shared_numbers(
 def _axis_with_largest(
     pairs: Sequence[tuple[Axis, NoiseParameters]], name: str
 ) -> tuple[Axis, NoiseParameters]:
-    """Pair (axis, `NoiseParameters`) with the largest N or K (`name`); the first of equal ones.
-
-    Raises `ValueError` without pairs.
-    """
+    """Pair (axis, `NoiseParameters`) with the largest N or K (`name`)."""
     return max(pairs, key=lambda pair: getattr(pair[1], name))
 
 
 def largest_number(pairs: Sequence[tuple[Axis, NoiseParameters]], name: str) -> tuple[float, str]:
     """Pair (value, remark): the largest N or K (`name`) of the axes, and a text that names the axis with this value.
 
-    The text begins with the remark that this axis has on the number, if any. For a single axis, the text does not name
-    the axis. Raises `InputError` unless the value is positive.
+    Raises `InputError` unless the value is positive.
     """
     axis, choice = _axis_with_largest(pairs, name)
     value = getattr(choice, name)

@@ -23,7 +23,7 @@ POINTS_PER_DECADE, POINTS_PER_BAND = 48, 65
 def overbound_walk(axis: Axis) -> NoiseParameters:
     """`NoiseParameters` with the smallest N and K whose Allan variance and density cover the upper limits of an axis.
 
-    They minimize a weighted sum of N² and K² by linear programming. If no K is needed, K is negligibly small.
+    If no K is needed, K is negligibly small.
     """
     limits = _Limits(axis)
     white, slow = limits.smallest(random_walk_effect(1.0))[0]
@@ -42,8 +42,7 @@ def overbound_walk(axis: Axis) -> NoiseParameters:
 def overbound_gauss_markov(axis: Axis, time: float | None = None) -> NoiseParameters:
     """`NoiseParameters` with the smallest N and Gauss-Markov process that cover the upper limits of an axis.
 
-    `time` (s) fixes the correlation time. Otherwise several times are tried. The time is taken for which the Allan variance
-    and the density exceed the limits least on average.
+    `time` (s) fixes the correlation time. Otherwise the time is that with the smallest mean excess over the limits.
     """
     limits, tau = _Limits(axis), axis.taus
     low, high = 4.0 * tau[0], 10.0 * tau[-1]
@@ -78,20 +77,16 @@ class _Limits:
             )
 
     def _curves(self, effect: Effect) -> Array:
-        """Array with the Allan variance of an effect at all `self.tau`, followed by its power spectral density.
-
-        The density is taken at the frequencies `self.f`, then at `self.in_bands` (Hz).
-        """
+        """Array with the Allan variance of an effect at `tau`, followed by its density at `f`, then at `in_bands`."""
         fs = self.axis.sampling
         f = np.concatenate([self.f, self.in_bands])
         return np.concatenate([effect.allan_variance(self.tau, fs), effect.psd(f, fs)])
 
     def smallest(self, slow: Effect) -> tuple[Array, float]:
-        """Pair (squares, excess): array (N², K²) or (N², q_c²) of the smallest noise that covers the limits; its excess.
+        """Pair (squares, excess): (N², K²) or (N², q_c²) of the smallest noise that is nowhere below the limits.
 
-        Covering means that its Allan variance and density are nowhere below the limits. The excess is the mean ratio of its
-        curves to the limits over τ, plus that over frequency; narrow bands do not count. `slow` is the slow process with
-        coefficient 1. Raises `InputError` if the linear program has no solution.
+        The excess is the mean ratio of its curves to the limits over τ, plus that over frequency; narrow bands do not
+        count. `slow` is the slow process with coefficient 1. Raises `InputError` if the linear program has no solution.
         """
         from scipy.optimize import linprog
 
@@ -110,10 +105,9 @@ class _Limits:
 
 
 def _band_frequencies(axis: Axis) -> Iterator[Array]:
-    """Yield arrays of at most 65 frequencies (Hz), evenly spaced over the band of each band-limited random process.
+    """Yield at most 65 frequencies (Hz), evenly spaced, for the band of each band-limited model in `axis.corners`.
 
-    `axis.corners` holds several models of each process, with different parameters within their intervals. One array is
-    yielded for each of these models. Frequencies at 0, or at half the sampling rate or above, are left out.
+    Frequencies at 0, or at half the sampling rate or above, are left out.
     """
     for forms in axis.corners:
         for form in forms:

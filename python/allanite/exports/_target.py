@@ -20,8 +20,8 @@ class Render(Protocol):
     def __call__(self, axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
         """Text of a parameter file for these axes.
 
-        `rate` is the sampling rate, Hz, or the rate of the filter for targets with `own_rate`; None is the default of
-        the target, and some targets do not use it. With `overbound`, the numbers cover the upper limits of the models.
+        `rate` is the sampling rate, Hz, or the rate of the filter for targets with `own_rate`; None is the target's
+        default. With `overbound`, the numbers cover the upper limits of the models.
         """
 
 

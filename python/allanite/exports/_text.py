@@ -17,10 +17,9 @@ LINE_LENGTH = 120
 def plain(text: object, max_length: int = MAX_LENGTH) -> str:
     """Text as one line that cannot end a line, a comment or a string in any of the formats.
 
-    Control characters, line and paragraph separators, invisible and surrogate characters become ``/uNNNN``. A
-    backslash, which would continue a line of C, becomes a slash. A space separates ``--`` (the end of an XML comment),
-    ``*/``, ``%{`` and similar pairs. Quotes become typographic quotes. A text above `max_length` characters is cut and
-    ends with ``…``.
+    Control and invisible characters become ``/uNNNN``. A backslash, which would continue a line of C, becomes a slash,
+    and quotes become typographic quotes. A space separates ``--`` (the end of an XML comment), ``*/``, ``%{`` and
+    similar pairs.
     """
     out = []
     for c in str(text)[: max_length + 1]:
@@ -36,10 +35,7 @@ def plain(text: object, max_length: int = MAX_LENGTH) -> str:
 
 
 def _wrap_comment(line: str, begin: str) -> list[str]:
-    """List of lines that begin with `begin`: the given line, broken between words; only `begin` for an empty line.
-
-    The later lines are indented by four more spaces. No line is longer than `LINE_LENGTH` unless a word is.
-    """
+    """The line as lines that begin with `begin`, broken between words; later lines are indented by four more spaces."""
     indent = line[: len(line) - len(line.lstrip())]
     return textwrap.wrap(
         line,
@@ -63,9 +59,6 @@ def xml_comment(lines: list[str]) -> str:
 
 
 def verdict_in(text: str) -> str:
-    """Verdict of an exported file, ``Use: yes. …`` or ``Use: no. …``, on one line without comment marks.
-
-    Empty if there is none.
-    """
+    """Verdict of an exported file, ``Use: yes. …`` or ``Use: no. …``, on one line without comment marks, or ``""``."""
     found = re.search(r"Use: (yes|no)\b[^\n\"]*(\n(#|%|//|) {5,}[^\n]*)*", text)
     return "" if found is None else re.sub(r"\n(#|%|//|) +", " ", found[0]).strip()

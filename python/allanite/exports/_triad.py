@@ -15,15 +15,11 @@ PLACES = ("x", "y", "z")
 def numbers_in_xyz(
     axes: Sequence[Axis], numbers: Sequence[tuple[float, ...]]
 ) -> tuple[list[tuple[float, ...]], list[str]]:
-    """Pair (numbers, remarks) for the axes of one sensor: list with the tuple of numbers of x, y and z; list of texts.
+    """Pair (numbers of x, y and z, remarks) of the axes of one sensor; the letter in the name of an axis says which it is.
 
-    The letter in its name says which axis it is. Three axes are taken in their order if any of them has no letter. An
-    axis without a model gets the largest of each number, and a text says so. All three get the largest numbers if a
-    letter is repeated, or if it is missing and the number of axes is not three.
-
-    Notes
-    -----
-    The largest numbers are safe: density and Allan variance of a Gauss-Markov process rise with strength and time.
+    An axis without a model gets the largest of each number, and a text says so. This is safe: density and Allan
+    variance of a Gauss-Markov process rise with strength and time. All three get the largest numbers if letters do not
+    tell the axes apart; but three axes, some without a letter, are taken in their order.
     """
     letters = [axis_letter(axis.name) for axis in axes]
     if len(axes) == 3 and None in letters:
@@ -66,8 +62,7 @@ def triads_of(
 ) -> Triads:
     """`Triads` with the attributes `names` of the `NoiseParameters` that ``choose(axis)`` returns for each axis.
 
-    `labels` are the names of the gyroscope and of the accelerometer in the file. Raises `InputError` for an axis of
-    another kind of sensor.
+    `labels` are the names of the gyroscope and of the accelerometer in the file.
     """
     found = Triads([], {}, [])
     for own, label in zip(gyro_and_accel_axes(axes), labels, strict=True):

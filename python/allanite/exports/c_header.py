@@ -12,10 +12,7 @@ from allanite.exports._text import as_comments
 
 
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:  # noqa: ARG001
-    """Text of a C header with arrays of N and K in SI units, in the order of the given axes.
-
-    With `overbound`, the numbers cover the upper limits. `rate` is not used.
-    """
+    """Text of a C header with arrays of N and K in SI units, in the order of the given axes; `rate` is not used."""
     pairs = choose_all(axes, overbound=overbound)
     convention = (
         "N and K are continuous-time, two-sided, in SI. With the sampling interval dt, the standard deviation per sample",

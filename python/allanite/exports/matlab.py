@@ -33,9 +33,9 @@ MEMORY_HORIZONS = 2.0
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
     """Text of a MATLAB script: N as NoiseDensity (double-sided), B as BiasInstability, K as RandomWalk, in SI units.
 
-    K also covers other slow processes. With `overbound`, N and K cover B as well. Each of x, y and z has its own numbers,
-    and 0 for an effect that only other axes have. If no axis of a sensor needs B or K, it is not written, and MATLAB's
-    default 0 holds. Raises `InputError` if `rate` is None and the axes have no common rate.
+    K also covers other slow processes. With `overbound`, N and K cover B as well. Each of x, y and z has its own
+    numbers, and 0 for an effect that only other axes have. If no axis of a sensor needs B or K, MATLAB's default 0
+    holds.
     """
     fs = rate_of(axes, rate, "matlab")
     convention = [*NOTE]
@@ -99,10 +99,9 @@ def _fitted_numbers(axis: Axis) -> NoiseParameters:
 
 
 def _smallest_covering_walk(axis: Axis, written: NoiseParameters) -> float:
-    """Smallest coefficient K (SI) of a random walk that, together with the `written` noise, covers the noise of an axis.
+    """Smallest K (SI) of a random walk that, together with the `written` noise, covers the noise of an axis; may be 0.
 
-    Both together must reach 98 % of the Allan deviation of the axis' white and slow noise, at every τ up to the horizon.
-    The result is 0 if the `written` noise alone is sufficient.
+    Both must reach 98 % of the Allan deviation of the axis' white and slow noise, at every τ up to the horizon.
     """
     tau, rate = axis.taus, axis.sampling
     slow = axis.scale**2 * axis.slow_model.allan_variance(tau, rate)
@@ -112,10 +111,7 @@ def _smallest_covering_walk(axis: Axis, written: NoiseParameters) -> float:
 
 
 def _has_other_slow_noise(axis: Axis) -> bool:
-    """True if the model of an axis has a slow random process other than bias instability B and random walk K.
-
-    Slow processes are those besides white noise that average out no faster than white noise, without narrow bands.
-    """
+    """True if the model of an axis has a slow random process other than bias instability B and random walk K."""
     return any(
         isinstance(e, Stochastic)
         and not e.white
@@ -125,10 +121,7 @@ def _has_other_slow_noise(axis: Axis) -> bool:
 
 
 def _remarks_text(pairs: Sequence[tuple[Axis, NoiseParameters]], name: str) -> str:
-    """Remarks on N, B or K (`name`), as text to append to a comment (``; remark; x, y: remark``), or an empty text.
-
-    A remark that does not hold for all axes names its axes.
-    """
+    """Remarks on N, B or K (`name`), to append to a comment; a remark that does not hold for all axes names its axes."""
     of: dict[str, list[str]] = {}
     for axis, choice in pairs:
         of.setdefault(choice.remark(name), []).append(axis.name)

@@ -25,10 +25,7 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
 
 
 def _axis_document(axis: Axis, rate: float | None, *, overbound: bool) -> dict[str, object]:
-    """Dict for JSON of one axis: name, units, coefficients and effects as fitted.
-
-    With `overbound`, it also has an N and K that cover the upper limits of the model.
-    """
+    """Dict for JSON of one axis; with `overbound`, also an N and K that cover the upper limits of the model."""
     out: dict[str, object] = {
         "name": axis.name,
         "kind": axis.kind,

@@ -23,8 +23,7 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
 
     Filters that read the message treat samples as independent. Therefore the variance is N²·rate plus the variance of
     spectral lines, noise bands and slow noise. White noise behind a low-pass filter counts without this filter, because
-    it averages out as slowly. A comment states the variance within the band of the filter, if it is over 1 % smaller. A
-    sensor without axes has no line. Raises `InputError` if `rate` is None and the axes have no common rate.
+    it averages out as slowly. A comment states the variance within the band of the filter, if it is over 1 % smaller.
     """
     fs = rate_of(axes, rate, "ros")
     sensors = gyro_and_accel_axes(axes)
@@ -64,18 +63,8 @@ def sample_variance(
 ) -> float:
     """Variance of a sample in SI: all random processes and spectral lines, without noise slower than the horizon.
 
-    A line with the amplitude A counts with A²/2.
-
-    Parameters
-    ----------
-    axis : Axis
-        Its model counts. Its horizon is the longest time without aiding.
-    rate : float
-        Sampling rate, Hz.
-    upper : bool
-        Whether every coefficient is at its upper limit.
-    in_band : bool
-        Whether white noise counts with its variance after the sensor's filter. Otherwise it counts with N²·rate.
+    With `upper`, every coefficient is at its upper limit. With `in_band`, white noise counts after the sensor's filter
+    instead of with N²·rate.
     """
     low = 2.0 * np.pi / (max(axis.horizon, 10.0 / rate) * rate)
     w = np.geomspace(low, np.pi, 4000)
@@ -103,10 +92,7 @@ def sample_variance(
 
 
 def _power_between(term: Term, w: NDArray[np.float64]) -> float:
-    """Integral of the spectrum of a term over the ascending frequencies `w` (rad per sample), divided by π.
-
-    It is the variance between the first and the last frequency, in U² for samples in U.
-    """
+    """Integral of the spectrum of a term over the ascending frequencies `w` (rad per sample), divided by π: a variance."""
     return float(np.trapezoid(term.spectrum(w) * w, np.log(w))) / np.pi
 
 

@@ -1,7 +1,4 @@
-"""Formats with white noise and a Gauss-Markov bias for each axis: KF-GINS, NaveGo and PSINS.
-
-Each of x, y and z has its own numbers.
-"""
+"""Formats with white noise and a Gauss-Markov bias for each of x, y and z: KF-GINS, NaveGo and PSINS."""
 
 from __future__ import annotations
 
@@ -82,8 +79,7 @@ def _lines(
 def kfgins(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:  # noqa: ARG001
     """Text of the YAML node ``imunoise``: N, and σ and correlation time of the Gauss-Markov biases.
 
-    N is in °/√h and m/s/√h, σ in °/h and mGal. All axes have one correlation time, in h. With `overbound`, it is the
-    geometric mean of those of the axes. `rate` is not used.
+    N is in °/√h and m/s/√h, σ in °/h and mGal. All axes have one correlation time, in h. `rate` is not used.
     """
     if overbound:
         # All axes get the geometric mean of their best correlation times.
@@ -130,7 +126,7 @@ def navego(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
 def psins(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:  # noqa: ARG001
     """Text of a MATLAB script: N in °/√h and µg/√Hz, σ of the Gauss-Markov bias in °/h and µg, and its correlation time.
 
-    `imuerrset` of PSINS uses these units. `rate` is not used.
+    `imuerrset` of PSINS uses these units.
     """
     convention = [
         "PSINS: web and wdb are continuous-time, two-sided densities. sqrtR0G and sqrtR0A are sigma of Gauss-Markov",

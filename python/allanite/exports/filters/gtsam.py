@@ -15,9 +15,8 @@ from allanite.exports._text import as_comments
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:  # noqa: ARG001
     """Text of a Python script with the squares of N and K in SI: power spectral densities, not variances of samples.
 
-    It also sets the covariance of the integration to a negligible value. GTSAM's default would give an error of 1 m after
-    1 s. Each number is the largest of the axes of its sensor. A prior on the first bias follows if both sensors have
-    several logs. `rate` is not used.
+    It also sets the covariance of the integration to a negligible value. GTSAM's default would give an error of 1 m
+    after 1 s. A prior on the first bias follows if both sensors have several logs. `rate` is not used.
     """
     gyro, accel = (choose_all(own, overbound=overbound) for own in gyro_and_accel_axes(axes))
     convention = (

@@ -18,10 +18,9 @@ UNITS = {"Gyroscope": "rad/s", "Accelerometer": "m/s^2"}
 
 
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
-    """Text of a MATLAB script: K² as process noise of the bias states, N²·rate as measurement noise.
+    """Text of a MATLAB script: K² as process noise of the bias states, N²·rate as measurement noise, for x, y and z.
 
-    A prediction of insEKF over dt adds dt·AdditiveProcessNoise. The measurement noise is the variance of a sample. Each
-    of x, y and z has its own numbers. Raises `InputError` if `rate` is None and the axes have no common rate.
+    A prediction of insEKF over dt adds dt·AdditiveProcessNoise. The measurement noise is the variance of a sample.
     """
     fs = rate_of(axes, rate, "insekf")
     convention = [

@@ -84,7 +84,6 @@ def _variance_target(
     """`Target` of a YAML file with N²·rate and K²·rate, for a filter that adds dt²·Q per sample.
 
     The lines `convention` of its head are formats with the sampling rate ``fs``. `node` is the text above the numbers.
-    Rendering raises `InputError` if no rate is given and the axes have no common rate.
     """
     what = {"N": "variance per sample", "K": "variance of a bias step over dt^2"}
     rows = [(key, *of, f"({UNITS[of]})^2, {what[of[1]]}") for key, of in keys.items()]
@@ -120,8 +119,7 @@ def vins(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -
     """Text of lines ``key: value`` for VINS-Mono and VINS-Fusion: N·√(2·rate) and K·√rate.
 
     The midpoint rule of integration_base.h averages two independent noises per step. The variance of a step is then
-    n²dt²/2, which gives n = N√(2/dt). A bias step is w·dt, which gives w = K/√dt. Raises `InputError` if `rate` is None
-    and the axes have no common rate.
+    n²dt²/2, which gives n = N√(2/dt). A bias step is w·dt, which gives w = K/√dt.
     """
     fs = rate_of(axes, rate, "vins")
     what = {"N": "deviation per sample times sqrt(2)", "K": "deviation of a bias step over dt"}
@@ -141,10 +139,9 @@ def px4(
     overbound: bool = False,
     form: str = "param set {key} {value:.6e}  {note}",
 ) -> str:
-    """Text with commands of PX4's shell that set N/√dt, K/√dt and the bias at switch-on.
+    """Text with commands of PX4's shell that set N/√dt, K/√dt and the bias at switch-on; `form` is the format of one entry.
 
-    The step dt of the filter is 1/`rate`, by default 0.01 s. The filter uses the variances (dt·σ)². `form` is the format
-    of one entry.
+    The step dt of the filter is 1/`rate`, by default 0.01 s. The filter uses the variances (dt·σ)².
     """
     fs = rate or PX4_RATE
     text = _deviation_lines(

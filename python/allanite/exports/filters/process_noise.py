@@ -57,11 +57,10 @@ def _process_noise(
 ) -> tuple[dict[str, float], list[tuple[Axis, NoiseParameters]], list[str]]:
     """Tuple (variances, pairs, remarks): process noise that slow sensor noise needs.
 
-    `variances` maps each state to its variance per second: of angles (gyroscopes) in rad²/s, of velocities (accelerometers)
-    in m²/s³, for x, y and z. The variance is K²·T²/3, where T is the horizon: white noise whose integral has, after T, the
-    same variance as that of a random walk K. With `overbound`, K covers the upper limits of the model. A sensor without
-    axes has no variances. `pairs` holds each axis with this variance added to its own white noise and with a
-    negligible K, for the head of the file, and `remarks` texts on axes without a model.
+    `variances` maps each state to its variance per second: angles in rad²/s, velocities in m²/s³. The variance is
+    K²·T²/3, where T is the horizon: white noise whose integral has, after T, the same variance as that of a random walk
+    K. `pairs` holds each axis with this variance added to its own white noise and with a negligible K, for the head of
+    the file.
     """
     variances: dict[str, float] = {}
     pairs, remarks = [], []
@@ -87,8 +86,7 @@ def _process_noise(
 def fuse(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:  # noqa: ARG001
     """Text of a YAML file with ``process_noise_diagonal`` of two motion models; `rate` is not used.
 
-    The diagonal holds variances per second, and 0.1 for the states that the sensors do not determine. The covariance of
-    a step of length dt is dt times the diagonal.
+    The covariance of a step of length dt is dt times the diagonal. States that the sensors do not determine get 0.1.
     """
     variances, pairs, remarks = _process_noise(axes, overbound=overbound)
     convention = (
@@ -114,7 +112,7 @@ def robot_localization(axes: Sequence[Axis], rate: float | None, *, overbound: b
     """Text of a YAML file with the diagonal matrices process_noise_covariance and initial_estimate_covariance.
 
     A prediction over dt adds dt times the process noise (src/ekf.cpp, 1cb9533). States of no sensor get the defaults.
-    The initial covariance is only written if the bias at switch-on is known, with the largest of the axes.
+    The initial covariance is only written if the bias at switch-on is known.
     """
     variances, pairs, remarks = _process_noise(axes, overbound=overbound)
     convention = (
@@ -148,11 +146,7 @@ def robot_localization(axes: Sequence[Axis], rate: float | None, *, overbound: b
 
 
 def _diagonal_matrix_text(values: dict[str, float]) -> str:
-    """Text of a full 15 × 15 matrix, row by row: `values` on its diagonal, 0 elsewhere.
-
-    `values` has one number for each of the 15 states of robot_localization. Older versions of this program do not accept
-    the diagonal alone.
-    """
+    """Text of a full 15 × 15 matrix, row by row: older versions of robot_localization do not accept the diagonal alone."""
     rows = [", ".join(f"{values[a]:.6e}" if a == b else "0.0" for b in STATES) for a in STATES]
     return "[" + (",\n" + 8 * " ").join(rows) + "]"
 

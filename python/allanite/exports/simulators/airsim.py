@@ -21,8 +21,7 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
     """JSON text of the IMU settings: N, and BiasStability and Tau such that K = BiasStability/√Tau.
 
     The simulator adds N/√dt to a sample and BiasStability/√Tau·√dt to the bias. Its ``VelocityRandomWalk`` is in mg
-    (per √Hz), ``AngularRandomWalk`` in °/√h. Each number is the largest of the axes of its sensor. A sensor without axes
-    has no numbers. `rate` is not used.
+    (per √Hz), ``AngularRandomWalk`` in °/√h. `rate` is not used.
     """
     gyro, accel = (
         choose_all(own, overbound=overbound, simulator=True) for own in gyro_and_accel_axes(axes)

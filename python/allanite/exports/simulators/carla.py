@@ -15,10 +15,9 @@ from allanite.exports._triad import triads_of
 
 
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
-    """Text of a Python file: dict of blueprint attributes with the standard deviation of a sample, N·√rate.
+    """Text of a Python file: dict of blueprint attributes with the standard deviation of a sample, N·√rate, of x, y and z.
 
-    InertialMeasurementUnit.cpp adds white noise and a constant bias. Each of x, y and z has its own numbers. Raises
-    `InputError` if `rate` is None and the axes have no common rate.
+    InertialMeasurementUnit.cpp adds white noise and a constant bias.
     """
     fs = rate_of(axes, rate, "carla")
     convention = [

@@ -15,11 +15,10 @@ from allanite.exports._triad import triads_of
 
 
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
-    """Text of an ``<imu>`` element of SDF with white noise and a Gauss-Markov bias for each axis.
+    """Text of an ``<imu>`` element of SDF with white noise and a Gauss-Markov bias for each of x, y and z.
 
     ``stddev`` is N·√rate. ``dynamic_bias_stddev`` is the density q_c of the noise that drives the bias, and
-    ``bias_stddev`` is σ of the bias. Each of x, y and z has its own numbers. A sensor without axes is left out. Raises
-    `InputError` if `rate` is None and the axes have no common rate.
+    ``bias_stddev`` is σ of the bias.
     """
     fs = rate_of(axes, rate, "gazebo")
     convention = [

@@ -22,10 +22,7 @@ ROWS = {
 
 
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:  # noqa: ARG001
-    """Text of a Python file: N in °/√h and m/s/√h; σ and correlation time of the Gauss-Markov bias, which starts at 0.
-
-    Each of x, y and z has its own numbers. A sensor without axes is left out. `rate` is not used.
-    """
+    """Text of a Python file: N in °/√h and m/s/√h; σ and correlation time of the Gauss-Markov bias, which starts at 0."""
     convention = [
         "gnss-ins-sim: continuous-time, two-sided densities. b_stability is sigma of a Gauss-Markov bias, b_corr is its",
         "correlation time.",
