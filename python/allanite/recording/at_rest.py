@@ -10,14 +10,9 @@ from allanite.recording.motion import MAX_MOVING_SHARE, MAX_TILT, MIN_TURNS, Mot
 
 
 def quiet_span(recording: Recording) -> tuple[float, float]:
-    """Tuple (start, end) of the longest quiet segment, s since the first sample.
+    """Start and end of the longest quiet segment, s since the first sample.
 
-    Raises
-    ------
-    InputError
-        No gyroscope or accelerometer with a unit.
-    TooShortError
-        No segment is quiet.
+    Raises `InputError` without a gyroscope or accelerometer with a unit, and `TooShortError` if no segment is quiet.
     """
     motion = recording.motion
     if motion is None:
@@ -32,10 +27,7 @@ def quiet_span(recording: Recording) -> tuple[float, float]:
 
 
 def quiet_segment(recording: Recording) -> Recording:
-    """`Recording` of the longest quiet segment, with a finding of kind ``quiet_stretch``.
-
-    Raises `InputError` without a gyroscope or accelerometer with a unit, and `TooShortError` if no segment is quiet.
-    """
+    """`Recording` of the longest quiet segment, with a finding; raises errors as `quiet_span` does."""
     start, end = quiet_span(recording)
     found = f"kept the longest quiet segment, {start:.6g}–{end:.6g} s of {recording.duration:.6g} s"
     finding = Finding("quiet_stretch", "info", found, values={"start_s": start, "end_s": end})
@@ -43,11 +35,7 @@ def quiet_segment(recording: Recording) -> Recording:
 
 
 def motion_findings(recording: Recording, least: float = MAX_MOVING_SHARE) -> list[Finding]:
-    """List with one `Finding` of kind ``motion`` if the recording moves; else empty.
-
-    It moves if more than the fraction `least` of its windows, or more than a fifth, shows motion. It also moves if it turns
-    at least 3 times, or tilts by over 10°.
-    """
+    """At most one `Finding` of kind ``motion``, if the recording moves or more than `least` of its windows show motion."""
     motion = recording.motion
     if motion is None or not (motion.moves or motion.share > least):
         return []
@@ -67,10 +55,7 @@ def motion_findings(recording: Recording, least: float = MAX_MOVING_SHARE) -> li
 
 
 def motion_error(recording: Recording) -> InputError | None:
-    """`InputError` (not raised) if the recording moves and its longest quiet segment is shorter than half of it.
-
-    None otherwise, and for recordings whose motion cannot be judged.
-    """
+    """`InputError` (not raised) if the recording moves and its longest quiet segment is below half of it, else None."""
     motion = recording.motion
     if motion is None or not motion.mostly_moves:
         return None
@@ -82,11 +67,7 @@ def motion_error(recording: Recording) -> InputError | None:
 
 
 def _motion_text(motion: Motion, least: float) -> str:
-    """Text of the signs of motion, joined by ", and ": ``3 turns of up to 90°``, changes, sway and tilt.
-
-    Changes and sway are stated if they occur in more than the fraction `least` of the record. If there is no sign to
-    state, the text is the moving fraction of the record.
-    """
+    """Signs of motion as text; changes and sway only if they occur in more than the fraction `least` of the record."""
     why = []
     if motion.turns >= MIN_TURNS:
         why.append(f"{motion.turns} turns of up to {motion.largest_turn:.0f}°")

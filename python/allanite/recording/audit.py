@@ -47,12 +47,7 @@ CHUNK = 1 << 18
 
 
 def audit(recording: Recording) -> list[Finding]:
-    """List of findings about the time stamps and every column of a recording.
-
-    No-data markers and repeated samples are removed first. Of angles, the differences of neighboring samples are
-    checked. The order is: motion, earlier findings of the recording, time stamps, columns, coarse covariates, a missing
-    unit.
-    """
+    """Findings about the time stamps and every column of a recording, without markers and repeated samples."""
     recording = recording.measured
     findings = list(stamp_findings(recording.stamps, recording.rate)) if recording.stamps else []
     findings = [*motion_findings(recording), *recording.added_findings, *findings]
@@ -97,7 +92,7 @@ def _coarse_column_findings(recording: Recording) -> Iterator[Finding]:
 
 
 class _Column:
-    """A column with the statistics that several checks need.
+    """A column, with the statistics that several checks need.
 
     `x` are the samples, or the differences of angles. `rows` and `missing` count the samples and those that are NaN.
     """
@@ -129,10 +124,7 @@ class _Column:
         self.band = dead_band_of(self.spread)
 
     def pieces(self, overlap: int = 0) -> Iterator[tuple[int, NDArray[Any]]]:
-        """Iterator over (index of the first sample, samples) of consecutive blocks of the column.
-
-        Each block also holds the first `overlap` samples of the following block.
-        """
+        """Yield (index of the first sample, block) of consecutive blocks that extend `overlap` samples into the next."""
         for at in range(0, max(self.n - overlap, 1), CHUNK):
             yield at, self.x[at : at + CHUNK + overlap]
 
@@ -144,10 +136,7 @@ class _Column:
 
 
 def _spread_blocks(x: NDArray[Any], length: int = 512, most: int = 256) -> Array:
-    """Blocks of neighboring samples at even distances over the record, as doubles, shape (blocks, length).
-
-    There are at most `most` blocks. A record shorter than `length` is one block.
-    """
+    """At most `most` blocks at even distances over the record, as doubles, shape (blocks, length)."""
     length = min(length, x.size)
     count = min(most, x.size // length)
     starts = np.linspace(0, x.size - length, count).astype(np.int64)
@@ -165,11 +154,10 @@ def _smallest_and_largest(x: NDArray[Any]) -> tuple[float, float]:
 
 
 def _missing_findings(c: _Column) -> Iterator[Finding]:
-    """Iterator over one `Finding` with the number of missing samples and their effect on the Allan deviation.
+    """At most one `Finding` with the number of missing samples and their effect on the Allan deviation.
 
-    There is no finding without missing samples. The finding states if the deviation loses over half of its differences
-    at an averaging time below an eighth of the record. Then it also advises a decimation, if this leaves at least 100
-    averages.
+    If the deviation loses over half of its differences at an averaging time below an eighth of the record, the finding
+    advises a decimation that leaves at least 100 averages.
     """
     missing = c.missing
     if missing:
@@ -195,8 +183,7 @@ def _missing_findings(c: _Column) -> Iterator[Finding]:
 def _advised_decimation(apart: float, gap: float) -> int:
     """Decimation factor (1, 2 or 5 × 10ⁿ) with which nearly all averages have most of their samples.
 
-    `apart` is half the mean length of the runs of present samples, `gap` the mean length of the gaps. The factor is at
-    least 0.9 of the largest of 4, 4 `gap` and `apart`/8.
+    `apart` is half the mean length of the runs of present samples, `gap` the mean length of the gaps.
     """
     least = max(4.0, 4.0 * gap, apart / 8.0)
     decade = 10.0 ** math.floor(math.log10(least))
@@ -204,19 +191,15 @@ def _advised_decimation(apart: float, gap: float) -> int:
 
 
 def _run_lengths(c: _Column) -> NDArray[np.int64]:
-    """Array of the number of samples in each run without a missing sample, shape (runs,).
-
-    ``[1]`` if all samples are missing.
-    """
+    """Number of samples in each run without a missing sample; ``[1]`` if all samples are missing."""
     begins, ends = runs_of(~np.isnan(c.x))
     return ends - begins if ends.size else np.ones(1, dtype=np.int64)
 
 
 def _factor_at_half_lost(runs: NDArray[np.int64], n: int) -> int:
-    """Largest averaging factor m at which at least half of the differences of the Allan deviation touch no missing sample.
+    """Largest averaging factor m at which half of the differences of the Allan deviation touch no missing sample, or 0.
 
-    A difference needs 2 m consecutive samples. `runs` are the lengths of the runs of present samples. The result is at
-    most n // 2, and 0 if over half of the differences are lost at m = 1.
+    A difference needs 2 m consecutive samples. `runs` are the lengths of the runs of present samples.
     """
     low, high = 0, n // 2 + 1
     while high - low > 1:
@@ -235,10 +218,7 @@ def _constant_findings(c: _Column) -> Iterator[Finding]:
 
 
 def _stuck_findings(c: _Column) -> Iterator[Finding]:
-    """Iterator over a `Finding` about the longest run of one value, if noise would not repeat for so long.
-
-    Empty for a constant column. The run must exceed three times the expected longest run plus 20 samples.
-    """
+    """At most one `Finding` about the longest run of one value, if noise would not repeat for so long."""
     if c.n < 2 or c.low == c.high:
         return
     start, longest, equal = longest_run(c.x)
@@ -276,11 +256,7 @@ def _copy_findings(c: _Column) -> Iterator[Finding]:
 
 
 def _clipping_findings(c: _Column) -> Iterator[Finding]:
-    """Iterator over a `Finding` for the lowest and for the highest value, if clipping of the range repeats this value.
-
-    The value must be over three times as frequent as the value next to it. At least 10 and at most half of the samples
-    must have the value. The first 10 000 samples must contain at least 5 different values.
-    """
+    """A `Finding` for the lowest and for the highest value, if clipping of the range repeats this value."""
     for edge, name in ((c.low, "lowest"), (c.high, "highest")):
         at_edge = int(np.count_nonzero(c.x == edge))
         if at_edge < 10 or at_edge > 0.5 * c.n or np.unique(c.x[:10_000]).size < 5:
@@ -311,10 +287,9 @@ def _neighbor_count(c: _Column, edge: float) -> int:
 
 
 def _step_findings(c: _Column) -> Iterator[Finding]:
-    """Iterator over a `Finding` about a column locked to one code, or about a resolution whose rounding adds noise.
+    """At most one `Finding`: a column locked to one code, or a resolution whose rounding adds noise.
 
-    Empty if rounding adds less than 0.1 % of the white variance, or without a step. Over 30 %, or two codes only, is a
-    warning.
+    Nothing if rounding adds less than 0.1 % of the white variance. Over 30 %, or two codes only, is a warning.
     """
     locked = locked_of(c.x)
     if locked is not None:
@@ -381,10 +356,9 @@ def _distorted_findings(c: _Column) -> Iterator[Finding]:
 
 
 def _outlier_findings(c: _Column) -> Iterator[Finding]:
-    """Iterator over at most one `Finding`: outliers (second differences too large for the noise) or heavy-tailed noise.
+    """At most one `Finding`: outliers (second differences too large for the noise) or heavy-tailed noise.
 
-    Empty below 100 samples, without noise, with a dead zone or dead band, or without large differences. Over 1 in 10 000
-    outliers give a warning.
+    Nothing for a dead zone or dead band. Over 1 in 10 000 outliers give a warning.
     """
     level = max(c.white, 0.4 * c.step) * math.sqrt(6)
     if level == 0.0 or c.n < 100 or c.zone is not None or c.band is not None:
@@ -434,12 +408,11 @@ def _outlier_findings(c: _Column) -> Iterator[Finding]:
 
 
 def _smoothed_findings(c: _Column) -> Iterator[Finding]:
-    """Iterator over a `Finding` about values that were averaged or low-passed before they were logged.
+    """At most one `Finding` about values that were averaged or low-passed before they were logged.
 
     The finding needs two conditions on median power densities. First, the density above 3/8 of the sampling rate is at most
     a quarter of that in each of the five octaves from 1/256 to 1/8 of the rate. Second, the density extrapolated to this
     band from at least one pair of neighboring octaves is more than four times the density in this band.
-    Missing samples exclude their block of 512 samples. Without 4 complete blocks there is no finding.
     """
     blocks = c.spread[np.isfinite(c.spread).all(axis=1)]
     if blocks.shape[0] < 4 or blocks.shape[1] < 2**OCTAVES:
@@ -485,8 +458,7 @@ class _Changes:
     def add(self, averages: Array) -> None:
         """Add the averages that follow those already added, to the sums of squared changes between neighbors.
 
-        `count` and `total` are number and sum of the squares. `largest` is the largest sum of two consecutive squares, and
-        `end` the number of changes before the second one.
+        `largest` is the largest sum of two consecutive squares, and `end` the number of changes before the second one.
         """
         changes = np.diff(np.concatenate([self.last, averages]))
         squares = np.where(np.isfinite(changes), changes, 0.0) ** 2
@@ -502,10 +474,9 @@ class _Changes:
 
 
 def _dominated_findings(c: _Column) -> Iterator[Finding]:
-    """Iterator over at most one `Finding`: a single event makes more than half of the Allan variance at an averaging time.
+    """At most one `Finding`: a single event makes more than half of the Allan variance at an averaging time.
 
-    An event is the largest sum of two consecutive squared changes between neighboring averages. Averaging times are
-    octaves with more than 32 averages.
+    An event is the largest sum of two consecutive squared changes between neighboring averages.
     """
     changes: dict[int, _Changes] = {}
     for _, piece in c.pieces():
@@ -532,10 +503,9 @@ def _dominated_findings(c: _Column) -> Iterator[Finding]:
 
 
 def _static_findings(c: _Column) -> Iterator[Finding]:
-    """Iterator over at most one `Finding` about segments with over three times the usual activity, such as handling.
+    """At most one `Finding` about segments with over three times the usual activity, such as handling.
 
-    The activity of a block is the typical step between its samples, so slow motion does not count. The finding names the
-    first run of such blocks and counts the others. Empty for fewer than 4096 samples, or if the usual activity is 0.
+    The activity of a block is the typical step between its samples, so slow motion does not count.
     """
     if c.n < 16 * 256:  # fewer blocks have no usual activity
         return
@@ -573,9 +543,9 @@ def _static_findings(c: _Column) -> Iterator[Finding]:
 
 
 def _remedy_by_quiet_blocks(quiet: NDArray[np.bool_], span: float, length: int, c: _Column) -> str:
-    """Text that names the longest segment of quiet blocks; empty if it is below a tenth of the record.
+    """Remedy that names the longest segment of quiet blocks; empty if it is below a tenth of the record.
 
-    `quiet` is a mask of the blocks of `length` samples, one each `span` seconds. The block after a loud one is excluded.
+    `quiet` is a mask of the blocks of `length` samples, one each `span` seconds.
     """
     begins, ends = runs_of(quiet)
     longest = int(np.argmax(ends - begins))

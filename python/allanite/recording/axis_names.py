@@ -22,10 +22,9 @@ def axis_letter(name: str) -> str | None:
 
 
 def axis_triples(names: Sequence[str]) -> list[tuple[int, ...]]:
-    """List of triples of ascending indices into `names`: three names that differ only in the letter x, y or z of the axis.
+    """Triples of ascending indices of names that differ only in the letter x, y or z; of equal names, the first counts.
 
-    Columns z, y, x also give (0, 1, 2). Of equal names, the first counts. Without such a triple, three names of any
-    kind give [(0, 1, 2)], and other numbers of names an empty list.
+    Without such a triple, three names of any kind give [(0, 1, 2)].
     """
     stems: dict[str, dict[str, int]] = {}
     for place, name in enumerate(names):
@@ -37,7 +36,7 @@ def axis_triples(names: Sequence[str]) -> list[tuple[int, ...]]:
 
 
 def columns_by_sensor(columns: Iterable[Record]) -> list[tuple[str, ...]]:
-    """List of tuples: the column names of each sensor, such as ``("gyro_x", "gyro_y", "gyro_z")``, in their given order.
+    """Column names of each sensor, such as ``("gyro_x", "gyro_y", "gyro_z")``, in their given order.
 
     Columns are one sensor if they measure one quantity and their names differ only in the letter of the axis. If no two
     columns of a quantity have such names, all columns of this quantity are one sensor.

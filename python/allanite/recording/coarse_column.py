@@ -48,11 +48,11 @@ def coarse_step_of(values: Array) -> float:
 def without_steps(values: Array) -> Array:
     """Smoothest curve that rounds to a coarsely logged column, shape (n,); other columns are returned unchanged.
 
-    The quantity was at the threshold of two codes when the column changed, and within half a step of the code
-    otherwise. A ramp with one exponential relaxation is preferred if it rounds to the column, because a warming body
-    relaxes. Nothing else determines the curve before the first and after the last change. Otherwise the curve has the
-    smallest squared third differences. Without this curve, rounding errors of up to half a step would look like noise of
-    the sensor, because they last as long as a code.
+    Without this curve, rounding errors would look like noise of the sensor, because they last as long as a code. The
+    quantity was at the threshold of two codes when the column changed, and within half a step of the code otherwise. A
+    ramp with one exponential relaxation is preferred if it rounds to the column, because a warming body relaxes. Nothing
+    else determines the curve before the first and after the last change. Otherwise the curve has the smallest squared
+    third differences.
     """
     step = coarse_step_of(values)
     if step == 0.0:
@@ -70,9 +70,8 @@ def without_steps(values: Array) -> Array:
 def _curve_on_grid(values: Array, grid: Array, code: Array, step: float) -> Array:
     """Smooth curve through a column logged in coarse steps, shape (points,), at the positions `grid` (in samples).
 
-    `code` are the logged (rounded) values at these positions, and `step` is their step. The curve should lie within half
-    a step of `code`. The result is a relaxation curve if it does. Otherwise it is the smoothest spline-like curve that
-    does. If no curve does, it is the last one tried, the least smooth.
+    `code` are the logged values at these positions, and `step` is their step. A relaxation curve is returned if it lies
+    within half a step of `code`, otherwise the smoothest spline-like curve that does, or else the least smooth one.
     """
     from scipy.sparse import diags_array
     from scipy.sparse.linalg import spsolve
@@ -95,10 +94,9 @@ def _curve_on_grid(values: Array, grid: Array, code: Array, step: float) -> Arra
     edge_place, edge_value = np.empty(0), np.empty(0)
 
     def beyond_codes(curve: Array) -> Array:
-        """Array of how far each point of `curve` is beyond the half step around its logged (rounded) value, in steps.
+        """Distance of each point of `curve` beyond the half step around its code, in steps; negative inside.
 
-        Points inside of the half step are negative. Within two grid points of a change of the logged value, which is
-        uncertain there, 1.5 steps count as inside instead of 0.5.
+        Within two grid points of a change, where the code is uncertain, the limit is 1.5 steps instead of 0.5.
         """
         beyond: Array = np.abs(curve - code) / step - 0.5
         beyond[near] -= 1.0
@@ -125,10 +123,7 @@ def _curve_on_grid(values: Array, grid: Array, code: Array, step: float) -> Arra
 
 
 def _interpolation_matrix(at: Array, count: int) -> Any:
-    """Sparse matrix (`csc_array`), shape (positions, count), that interpolates linearly between positions 0 … count − 1.
-
-    Its product with values at these positions has the values at the positions `at`.
-    """
+    """Sparse matrix, shape (positions, count), that interpolates linearly from positions 0 … count − 1 to `at`."""
     from scipy.sparse import csc_array
 
     low = np.minimum(np.floor(at).astype(np.int64), count - 2)
@@ -139,17 +134,11 @@ def _interpolation_matrix(at: Array, count: int) -> Any:
 
 
 def _relaxation_curve(place: Array, values: Array, count: int) -> Array:
-    """Array, shape (count,): least-squares curve of constant, ramp and exponential relaxation at positions 0 … count − 1.
-
-    It is fitted to `values` at the positions `place`. The time constant is optimized from the best of `RELAXATIONS`.
-    """
+    """Least-squares curve of constant, ramp and exponential relaxation at positions 0 … count − 1, shape (count,)."""
     from scipy.optimize import minimize_scalar
 
     def basis(at: Array, octave: float) -> Array:
-        """Matrix, shape (indices, 3), with the columns constant, ramp and exponential relaxation at sample indices `at`.
-
-        The time constant of the relaxation is count·2^octave samples. Its constant and ramp are subtracted.
-        """
+        """Columns constant, ramp and relaxation with the time constant count·2^octave samples, at sample indices `at`."""
         u = at / count
         # Constant and slope are subtracted from the relaxation, so that a long one becomes a parabola.
         return np.column_stack(

@@ -37,7 +37,7 @@ class Copy:
 
 
 def copies_of(x: NDArray[Any]) -> list[Copy]:
-    """List of `Copy`, in order of time: blocks that equal an earlier block of a column, shape (n,), sample by sample.
+    """Blocks of a column, in order of time, that equal an earlier block sample by sample.
 
     A block is so long that independent samples with as many equal values would contain no such pair.
     """
@@ -52,10 +52,7 @@ def copies_of(x: NDArray[Any]) -> list[Copy]:
 
 
 def _copies_in(x: Array) -> Iterator[tuple[int, int, int]]:
-    """Iterator over the copies in the samples `x`, in order of time and without overlap: (start, count, lag) in samples.
-
-    The `count` samples from index `start` on equal the samples `lag` earlier.
-    """
+    """Yield (start, count, lag): the `count` samples from index `start` on equal the samples `lag` earlier; no overlap."""
     if x.size < 4 * WINDOW[0]:
         return
     equal = max((float(np.mean(x[k:] == x[:-k])) for k in (1, 2, 5, 17) if x.size > k), default=1.0)

@@ -30,10 +30,9 @@ NEIGHBORS = 10
 def dead_band_of(x: NDArray[Any]) -> float | None:
     """Smallest change of the samples, in their unit, if a log writes no smaller changes; None for other samples.
 
-    Neighbors along the last axis of `x` are neighbors in time.
-    Such a log reports a new value only if it differs from the last by more than a dead band. Three conditions hold: at
-    least 2 % of the samples repeat the one before; the values are resolved to less than half of the smallest change; and
-    at least 20 changes are below twice the smallest change, so that smaller changes would be expected as well.
+    Neighbors along the last axis of `x` are neighbors in time. Three conditions hold: at least 2 % of the samples repeat
+    the one before; the values are resolved to less than half of the smallest change; and at least 20 changes are below
+    twice the smallest change, so that smaller changes would be expected as well.
     """
     changes = np.abs(np.diff(x.astype(np.float64), axis=-1))
     changes = changes[np.isfinite(changes)]
@@ -54,15 +53,8 @@ def dead_zone_of(blocks: Array, white: float, step: float) -> tuple[float, float
     """Tuple (value, share, ratio) of a value that far more samples have than any value near it; None without one.
 
     `share` is the fraction of the samples with this value. `ratio` is their count over that of the most frequent of the
-    10 next values on each side. The ratio is at least 5, the share 10 %, the value is inside the range, and all quarters of
-    the record have it. None for samples resolved to a `step` that is larger than their `white` noise.
-
-    Parameters
-    ----------
-    blocks : ndarray, shape (blocks, samples)
-        Blocks of samples at even distances over the record.
-    white, step : float
-        Standard deviation of the white noise, and resolution, in the unit of the samples.
+    10 next values on each side. `blocks` (blocks, samples) lie at even distances over the record. None if the resolution
+    `step` is larger than the standard deviation `white` of the white noise.
     """
     x = blocks[np.isfinite(blocks)]
     values, counts = np.unique(x, return_counts=True)

@@ -70,10 +70,7 @@ def names_text(names: Sequence[str]) -> str:
 
 
 def merged(findings: Iterable[Finding]) -> list[Finding]:
-    """List of findings in which equal findings for several columns are one, ``gx, gy: …``.
-
-    The first of equal findings keeps its place, column and values. Equal are severity, text and remedy.
-    """
+    """Findings, with equal findings for several columns joined, ``gx, gy: …``, in place of the first."""
     columns: dict[tuple[str, str, str], list[str]] = {}
     first: dict[tuple[str, str, str], Finding] = {}
     for one in findings:
@@ -92,10 +89,7 @@ def merged(findings: Iterable[Finding]) -> list[Finding]:
 
 
 def stamp_findings(stamps: Stamps, rate: float) -> Iterator[Finding]:
-    """Iterator over findings about the time stamps of a recording whose sampling rate is `rate`, Hz.
-
-    Empty for regular stamps whose rate is `rate`.
-    """
+    """Yield findings about the time stamps of a recording whose sampling rate is `rate`, Hz."""
     # Several samples share each stamp, as whole seconds in a faster log.
     shared = stamps.coarse and stamps.duplicates > 0.2 * stamps.n
     yield from _rate_findings(stamps, rate)
@@ -107,7 +101,7 @@ def stamp_findings(stamps: Stamps, rate: float) -> Iterator[Finding]:
 
 
 def _rate_findings(stamps: Stamps, rate: float) -> Iterator[Finding]:
-    """Iterator over findings about a rate of the stamps that differs from `rate` (Hz), and about a guessed unit.
+    """Findings about a rate of the stamps that differs from `rate` (Hz), and about a guessed unit.
 
     The rates differ by over 0.1 %, and by more than the resolution of the stamps explains.
     """
@@ -130,11 +124,7 @@ def _rate_findings(stamps: Stamps, rate: float) -> Iterator[Finding]:
 
 
 def _restart_findings(stamps: Stamps) -> Iterator[Finding]:
-    """Iterator over findings about time stamps that begin anew or run back; empty for other stamps.
-
-    At most one finding states that the time is a counter that begins anew. Each of the first three rows after which time
-    runs back has a finding of its own.
-    """
+    """Findings about time stamps that begin anew, and about the first three rows after which time runs back."""
     if stamps.wraps:
         yield Finding(
             "wraps",
@@ -155,7 +145,7 @@ def _restart_findings(stamps: Stamps) -> Iterator[Finding]:
 
 
 def _order_findings(stamps: Stamps, *, shared: bool) -> Iterator[Finding]:
-    """Iterator over findings about stamps that repeat the one before, or are earlier.
+    """Findings about stamps that repeat the one before, or are earlier.
 
     If several samples share each stamp (`shared`), the resolution of the stamps is stated instead of the repeats.
     """
@@ -186,10 +176,7 @@ def _order_findings(stamps: Stamps, *, shared: bool) -> Iterator[Finding]:
 
 
 def _spacing_findings(stamps: Stamps, *, shared: bool) -> Iterator[Finding]:
-    """Iterator over findings about jitter over 5 % of the interval, and a drift of the interval.
-
-    Jitter is not stated if several samples share each stamp (`shared`).
-    """
+    """Findings about jitter over 5 % of the interval, unless samples share stamps (`shared`), and about a drift."""
     if not shared and stamps.jitter * stamps.rate > 0.05:
         yield Finding(
             "jitter",
@@ -214,10 +201,7 @@ def _spacing_findings(stamps: Stamps, *, shared: bool) -> Iterator[Finding]:
 
 
 def _gap_findings(stamps: Stamps) -> Iterator[Finding]:
-    """Iterator over at most one `Finding` about missing samples (gaps) in the used segment of a log.
-
-    Places where time runs back are not counted. The finding says "irregular sampling" if gaps are very frequent.
-    """
+    """At most one `Finding` about missing samples in the used segment; rows where time runs back are not counted."""
     gaps = [gap for gap in stamps.gaps_in_segment if gap[0] not in {row for row, _ in stamps.seams}]
     if gaps:
         row, longest = max(gaps, key=lambda gap: gap[1])
@@ -242,10 +226,7 @@ def _gap_findings(stamps: Stamps) -> Iterator[Finding]:
 
 
 def _jump_findings(stamps: Stamps) -> Iterator[Finding]:
-    """Iterator over one `Finding` about jumps of time that split the record; empty for a record of one segment.
-
-    At most four segments are named.
-    """
+    """At most one `Finding` about jumps of time that split the record; names at most four segments."""
     if len(stamps.pieces) < 2:
         return
     first, end = stamps.rows

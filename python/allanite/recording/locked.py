@@ -24,14 +24,8 @@ MAX_CODES, FIRST_SAMPLES = 16, 4096
 class Locked:
     """How a column is locked to one code.
 
-    Attributes
-    ----------
-    share : float
-        Share of samples that have the code.
-    step : float
-        Distance to the nearest other code.
-    most : float
-        95 % upper limit of the standard deviation of white noise before rounding.
+    `share` of the samples have the code, and `step` is its distance to the nearest other code. `most` is the 95 % upper
+    limit of the standard deviation of white noise before rounding.
     """
 
     share: float
@@ -40,10 +34,10 @@ class Locked:
 
 
 def locked_of(x: NDArray[np.floating | np.integer]) -> Locked | None:
-    """`Locked` (share, step, limit of the standard deviation) if at least 95 % of the samples have one value; else None.
+    """`Locked` if at least 95 % of the samples, but not all, have one value; else None.
 
-    None also for samples that are all equal, for more than 16 different values, and if fewer than 5 samples have another
-    value. None also if the nearest other value is a fill value such as 0.
+    None also for more than 16 different values, if fewer than 5 samples have another value, or if the nearest other value
+    is a fill value such as 0.
 
     Notes
     -----

@@ -49,10 +49,7 @@ class LogColumn:
 
     @property
     def source(self) -> str:
-        """Least certain source of the role, the unit and the scale: ``header``, ``file``, ``option`` or ``guess``.
-
-        ``guess`` if no source is known.
-        """
+        """Least certain source of the role, the unit and the scale: ``header``, ``file``, ``option`` or ``guess``."""
         known = [self.sources[key] for key in ("role", "unit", "scale") if key in self.sources]
         return max(known, key=SOURCES.index, default="guess")
 

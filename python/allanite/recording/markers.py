@@ -39,16 +39,9 @@ STEP_SAMPLES = 1 << 16
 
 @dataclass(frozen=True, slots=True)
 class Marker:
-    """One value that stands for missing samples.
+    """A value (in the unit of the samples) that stands for missing samples, and their count.
 
-    Attributes
-    ----------
-    value : float
-        In the unit of the samples.
-    count : int
-        Number of samples.
-    type_end : str
-        ``"the smallest 16-bit integer"`` or the like; empty if the value is no end of a type.
+    `type_end` is ``"the smallest 16-bit integer"`` or the like; empty if the value is no end of a type.
     """
 
     value: float
@@ -57,11 +50,10 @@ class Marker:
 
 
 def markers_of(x: NDArray[np.floating | np.integer]) -> list[Marker]:
-    """List of the no-data markers (`Marker`) among the samples of one column, shape (n,): none, one or two.
+    """No-data markers among the samples of one column: none, one or two.
 
-    A marker is the smallest or the largest value, far beyond all other samples. It must be the smallest or largest
-    number of an integer type, a fill value such as 9999, or occur at least three times. Empty for fewer than 20 finite
-    samples.
+    A marker is the smallest or the largest value, far beyond all other samples. It must be the smallest or largest number
+    of an integer type, a fill value such as 9999, or occur at least three times.
     """
     found: list[Marker] = []
     values = x[np.isfinite(x)] if x.dtype.kind == "f" else x
@@ -110,10 +102,7 @@ def _marker_at(values: NDArray[np.floating | np.integer], edge: float) -> Marker
 
 
 def _type_end(rest: NDArray[np.floating | np.integer], edge: float) -> str:
-    """Text such as ``"the smallest 16-bit integer"`` if `edge`, divided by the step of the samples, is such a limit.
-
-    `rest` are the other samples, which determine the step. The text is empty for another value, or without a step.
-    """
+    """Text such as ``"the smallest 16-bit integer"`` if `edge` is such a multiple of the step of `rest`, else empty."""
     some = rest[:STEP_SAMPLES].astype(np.float64)
     single = bool(np.array_equal(some.astype(np.float32), some))
     step = 1.0 if rest.dtype.kind in "iu" else step_of(some, single)

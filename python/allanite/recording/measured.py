@@ -17,10 +17,8 @@ from allanite.recording.repeats import polling_of
 def measured_samples(recording: Recording) -> Recording:
     """Recording with no-data markers replaced by NaN and without repeated samples; the same object if it has neither.
 
-    Markers are searched in each column. Repeated rows are removed only from samples of a rate, and only if a sensor is
-    logged faster than it measures: at least 2 % of the rows, all over the record, repeat the row before in all columns.
-    The result then has the rate of the sensor. Stuck values and rows that are equal by chance remain. The findings
-    ``marker`` and ``repeats`` describe the changes.
+    Repeated rows are removed only from rates, and only if a sensor is logged faster than it measures. The result then has
+    the rate of the sensor. Stuck values and rows that are equal by chance remain.
     """
     return _without_repeats(_without_markers(recording))
 
@@ -44,10 +42,7 @@ def _without_markers(recording: Recording) -> Recording:
 
 
 def _marker_finding(column: str, marker: Marker, unit: str) -> Finding:
-    """`Finding` (warning) that a column has a no-data marker, with the value (in `unit`) and number of samples.
-
-    The text says so if the marker is the smallest or largest value of an integer type.
-    """
+    """Warning that a column has a no-data marker, with the value (in `unit`) and number of samples."""
     several = marker.count > 1
     what = f", {marker.type_end}" if marker.type_end else ", far from all other samples"
     unit = "" if unit == "1" else f" {unit}"
@@ -61,10 +56,7 @@ def _marker_finding(column: str, marker: Marker, unit: str) -> Finding:
 
 
 def _without_repeats(recording: Recording) -> Recording:
-    """`Recording` without repeated rows, at the rate of the sensor, with a finding about the removal.
-
-    The recording itself is returned if it has no repeated rows, and for increments and angles.
-    """
+    """`Recording` without repeated rows, at the rate of the sensor, with a finding; unchanged without such rows."""
     # Increments and angles of a held rate do not repeat, so they are not changed.
     if recording.quantity != "rate":
         return recording

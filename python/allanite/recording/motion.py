@@ -197,16 +197,10 @@ def motion_of(recording: Recording) -> Motion | None:
 class _Activity:
     """Activity of one column: the standard deviation of its averages, measured by their changes, against limits.
 
-    Attributes
-    ----------
-    excess : ndarray of shape (windows,)
-        Activity in each window, in units of the limit of a sensor at rest.
-    excess_over_white : ndarray of shape (windows,)
-        The same without the activity of white noise.
-    significance : ndarray of shape (windows,)
-        Activity in units of the largest activity that limit, white noise and chance explain; above 1 the window moves.
-    usual, limit : float
-        Median activity of the windows that move (of all windows if none moves), and the limit with white noise; SI units.
+    `excess` is the activity in each window over the limit of a sensor at rest, `excess_over_white` the same without white
+    noise. `significance` is the activity over the largest one that limit, white noise and chance explain; above 1 the
+    window moves. `usual` is the median of the windows that move (of all if none moves), and `limit` includes white noise;
+    both in SI units.
     """
 
     excess: Array
@@ -220,14 +214,9 @@ class _Activity:
 class _Averages:
     """Changes between averages of one column.
 
-    Attributes
-    ----------
-    n, m, short : int
-        Number of samples of the column, of an average, and of a short average that measures the white noise.
-    changes : ndarray
-        Absolute changes between averages of m samples, SI units.
-    bends : ndarray
-        Absolute second differences of the short averages, SI units.
+    `n`, `m` and `short` count the samples of the column, of an average, and of a short average that measures the white
+    noise. `changes` are absolute changes between averages, and `bends` absolute second differences of the short ones, in
+    SI units.
     """
 
     n: int
@@ -238,10 +227,7 @@ class _Averages:
 
     @classmethod
     def of(cls, x: Array, rate: float, seconds: float) -> _Averages:
-        """`_Averages` of one column: changes between averages over `seconds`, and of shorter averages.
-
-        `x` are its samples in SI units, `rate` is in Hz. An average has at least one sample.
-        """
+        """`_Averages` over `seconds` of the samples `x` in SI units."""
         m = max(1, round(seconds * rate))
         short = min(max(1, round(NOISE_AVERAGING_TIME * rate)), m)
         return cls(x.size, m, short, _absolute_changes(x, m), _absolute_changes(x, short, order=2))
@@ -249,11 +235,9 @@ class _Averages:
     def activity(
         self, limit: float, length: int, windows: int, *, without_white: bool = False
     ) -> _Activity:
-        """`_Activity`: how much the averages change in each of `windows`, compared with the limits of a sensor at rest.
+        """`_Activity` in each of `windows` of `length` samples, against the largest activity `limit` at rest (SI units).
 
-        The activity of a window is the standard deviation of the averages, from their changes within `length` samples.
-        `limit` is the largest activity of a sensor at rest, in SI units. White noise raises the limit. With
-        `without_white`, `limit` is halved if shorter averages measure the white noise.
+        With `without_white`, `limit` is halved if shorter averages measure the white noise.
         """
         found = _activity_per_window(self.changes, self.m, length, windows)
         white = _white_noise_activity(self.bends, self.m, self.short, length, windows)
@@ -282,14 +266,9 @@ class _Averages:
 class _ColumnMotion:
     """Motion in one column.
 
-    Attributes
-    ----------
-    moving, loud : ndarray of bool, shape (windows,)
-        Windows with motion, and windows that are not quiet.
-    activities : tuple of _Activity
-        Activity of averages of 0.2 s, and that of averages of 1 s in the longest windows.
-    changes, limit : ndarray, float
-        Absolute changes between averages of 0.2 s, and the limit of a sensor at rest; SI units.
+    `moving` windows have motion, and `loud` ones are not quiet. `activities` are those of averages of 0.2 s, and of 1 s in
+    the longest windows. `changes` are absolute changes between averages of 0.2 s, and `limit` is that of a sensor at rest,
+    in SI units.
     """
 
     moving: NDArray[np.bool_]
@@ -300,12 +279,11 @@ class _ColumnMotion:
 
 
 def _column_motion(x: Array, rate: float, kind: str, length: int, windows: int) -> _ColumnMotion:
-    """`_ColumnMotion`: windows with motion, loud windows and activities of the samples `x` of one column.
+    """`_ColumnMotion` of the samples `x` of one column in SI units.
 
-    `x` are in SI units, `rate` in Hz; each of `windows` has `length` samples. A window moves if the changes within it
-    are significant. It also moves if two conditions hold: the changes of a longer window around it are significant, and
-    its own changes exceed white noise by a fifth of the limit. A window is loud if its changes are above a fifth of the
-    limit, and above six times those of the quietest quarter of the windows.
+    A window moves if the changes within it are significant. It also moves if two conditions hold: the changes of a longer
+    window around it are significant, and its own changes exceed white noise by a fifth of the limit. A window is loud if
+    its changes are above a fifth of the limit, and above six times those of the quietest quarter of the windows.
     """
     fast = _Averages.of(x, rate, AVERAGING_TIME)
     slow = _Averages.of(x, rate, SLOW_AVERAGING_TIME)
@@ -329,10 +307,7 @@ def _column_motion(x: Array, rate: float, kind: str, length: int, windows: int) 
 def _windows_with_turns(
     turns: list[tuple[float, float, float]], windows: int, seconds: float
 ) -> NDArray[np.bool_]:
-    """Mask of shape (windows,): True if the platform turns at some time within the window of `seconds`.
-
-    `turns` are (start, end, angle), s and degrees.
-    """
+    """Mask of the windows of `seconds` with a turn; `turns` are (start, end, angle), s and degrees."""
     found = np.zeros(windows, dtype=bool)
     for start, end, _ in turns:
         found[int(start / seconds) : math.ceil(end / seconds)] = True
@@ -359,10 +334,7 @@ def _sway_per_window(recording: Recording, kinds: list[str]) -> Array:
 
 
 def _window_samples(recording: Recording) -> int:
-    """Number of samples per window for the detection of motion: 25 averages of 0.2 s, at most a tenth of the record.
-
-    If that is below 16 samples or 4 s, the window has 16 samples or 4 s, whichever is longer.
-    """
+    """Samples per window: 25 averages of 0.2 s, at most a tenth of the record, but at least 16 samples and 4 s."""
     length = WINDOW_AVERAGES * max(1, round(AVERAGING_TIME * recording.rate))
     return max(min(length, recording.n // 10), 4 * max(1, round(recording.rate)), 16)
 
@@ -381,11 +353,10 @@ def _si_samples(recording: Recording, at: int) -> Array:
 
 
 def _absolute_changes(x: Array, m: int, order: int = 1) -> Array:
-    """Absolute differences between successive averages of m samples, shape (averages − order,).
+    """Absolute first or second differences (`order`) of successive averages of m samples, shape (averages − order,).
 
-    An average of 9 samples or more is the median of the means of three thirds, which resists outliers. `order` is 1 or 2:
-    the difference of two averages, or a − 2 b + c of three. NaN if an average lacks a sample; an incomplete last average
-    is dropped.
+    An average of 9 samples or more is the median of the means of three thirds, which resists outliers. An average that
+    lacks a sample is NaN.
     """
     groups = x[: x.size // m * m].reshape(-1, m)
     if m < MIN_SAMPLES_FOR_THIRDS:
@@ -400,8 +371,7 @@ def _absolute_changes(x: Array, m: int, order: int = 1) -> Array:
 def _white_noise_activity(bends: Array, m: int, short: int, length: int, windows: int) -> Array:
     """Standard deviation that averages of m samples would have in each window if all noise were white, shape (windows,).
 
-    The white noise comes from `bends`, the absolute second differences of averages of `short` samples (0.05 s or less).
-    They are reduced to medians over consecutive blocks of `length` samples.
+    `bends` are the absolute second differences of averages of `short` samples (0.05 s or less).
     """
     # The median of three thirds scatters 0.670 √3 times as much as their mean.
     middle = 1.16 if short < MIN_SAMPLES_FOR_THIRDS <= m else 1.0
@@ -415,9 +385,8 @@ def _activity_per_window(
 ) -> Array:
     """Standard deviation of averages of m samples in each window, shape (windows,); zeros without `changes`.
 
-    `changes` are the absolute first or second differences of the averages, depending on `order`. Their median over
-    `length` samples gives the standard deviation as for normal noise. If there are fewer than half as many medians as
-    windows, each median counts for several windows; otherwise the medians are interpolated to the windows.
+    `changes` are the absolute first or second differences (`order`) of the averages. Their median over `length` samples
+    gives the standard deviation as for normal noise.
     """
     per = _change_count(m, length)
     if not changes.size:
@@ -442,8 +411,7 @@ def _activity_per_window(
 def _largest_tilt(recording: Recording, kinds: list[str]) -> float:
     """Largest angle between the direction of gravity in one tenth of the record and its median direction, degrees.
 
-    0 unless exactly three accelerometers are logged as rates and measure 0.5 to 1.5 times gravity in every tenth. A
-    tenth without samples of an axis is skipped.
+    0 unless exactly three accelerometers are logged as rates and measure 0.5 to 1.5 times gravity in every tenth.
     """
     axes = [i for i, kind in enumerate(kinds) if kind == ACCELERATION]
     if len(axes) != 3 or recording.quantity != "rate":
@@ -469,11 +437,10 @@ def _longest_still_segment(
     calm: NDArray[np.bool_],
     length: int,
 ) -> tuple[float, float] | None:
-    """Tuple (start, end), s, of the longest segment without motion where `calm` is True; None without any.
+    """Start and end, s, of the longest segment without motion where `calm` (one entry per window) is True, or None.
 
-    `calm` has one entry for each window of `length` samples. A change between averages of 0.2 s in one of the `columns`
-    ends the segment, unless it lasts at most 4 averages within the segment, like a tap. Changes within 5 s of an end are
-    cut off.
+    A change between averages of 0.2 s in one of the `columns` ends the segment, unless it lasts at most 4 averages within
+    the segment, like a tap. Changes within 5 s of an end are cut off.
     """
     m = max(1, round(AVERAGING_TIME * recording.rate))
     moved = np.zeros(max(recording.n // m, 1), dtype=bool)
@@ -508,17 +475,9 @@ def _longest_still_segment(
 
 
 def _turns_of(rates: Array, rate: float) -> list[tuple[float, float, float]]:
-    """List of (start in s, end in s, angle in degrees) of each turn in the samples of a gyroscope, sorted by start.
+    """Turns (start in s, end in s, angle in degrees) in the samples of a gyroscope, deg/s, sorted by start.
 
-    A turn lasts 3 to 60 s, reaches at least 10°, and exceeds 1 deg/s and six times the noise of averages of 1 s. Empty
-    for fewer than six averages.
-
-    Parameters
-    ----------
-    rates : ndarray of shape (n,)
-        Samples, deg/s; NaN for missing ones.
-    rate : float
-        Sampling rate, Hz.
+    A turn lasts 3 to 60 s, reaches at least 10°, and exceeds 1 deg/s and six times the noise of averages of 1 s.
     """
     m = max(1, round(TURN_AVERAGING_TIME * rate))
     seconds = m / rate
@@ -557,16 +516,9 @@ def _turns_of(rates: Array, rate: float) -> list[tuple[float, float, float]]:
 def _sway_of(rates: Array, force: Array, interval: float) -> Array:
     """Standard deviation of the tilt in each window of 20 s, degrees, shape (windows,); a single 0 without sway.
 
-    Also for fewer than 10 windows. If a platform turns, the integrated rates equal the change of the direction of
-    gravity: df/dt = −ω × f. The covariance of the two is the variance of the tilt, and independent of sensor noise.
-
-    Parameters
-    ----------
-    rates, force : ndarray of shape (averages, 3)
-        Averages over `interval` of gyroscopes, rad/s, and accelerometers, in any unit, in the order x, y, z; NaN if
-        samples are missing.
-    interval : float
-        Length of an average, 0.2 s.
+    If a platform turns, the integrated rates equal the change of the direction of gravity: df/dt = −ω × f. The covariance
+    of the two is the variance of the tilt, and independent of sensor noise. `rates` (rad/s) and `force` (any unit) are
+    averages over `interval`, shape (averages, 3), NaN if samples are missing.
     """
     windows = len(rates) // SWAY_WINDOW_AVERAGES
     if windows < MIN_SWAY_WINDOWS:
@@ -597,10 +549,7 @@ def _sway_of(rates: Array, force: Array, interval: float) -> Array:
 
 
 def _without_parabolas(x: Array, windows: int) -> Array:
-    """Array of the averages of each window and axis minus their least-squares parabola, shape (windows, averages, 3 axes).
-
-    This removes drifts and integrated noise.
-    """
+    """Averages minus the least-squares parabola of each window and axis, shape (windows, averages, 3)."""
     basis = np.linalg.qr(np.vander(np.linspace(-1.0, 1.0, SWAY_WINDOW_AVERAGES), 3))[0]
     parts = x.reshape(windows, SWAY_WINDOW_AVERAGES, 3)
     return np.asarray(parts - basis @ (basis.T @ parts))

@@ -10,17 +10,7 @@ from allanite.recording.findings import Finding
 
 
 class Record(Protocol):
-    """A record of one or several columns: a `Recording` or a `Summary`.
-
-    Attributes
-    ----------
-    rate : float
-        Sampling rate, Hz.
-    columns, units : tuple of str
-        Name and unit of each column.
-    path : str or None
-        File of the log.
-    """
+    """A record of one or several columns: a `Recording` or a `Summary`."""
 
     __slots__ = ()
 

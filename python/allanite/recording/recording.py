@@ -399,10 +399,7 @@ class Recording(Record):
         return self._rows(slice(0, middle) if which == 0 else slice(middle, None))
 
     def _rows(self, rows: slice) -> Recording:
-        """Recording of the rows in a slice, with the covariates, times and epoch of these rows.
-
-        Times begin at 0 with the first row, and the epoch moves with it.
-        """
+        """Recording of the rows in a slice; its times begin at 0, and the epoch moves with the first row."""
         extra = {name: values[rows] for name, values in self.covariates.items()}
         first = rows.start or 0
         times, begin = None, first / self.rate
@@ -542,11 +539,7 @@ class Recording(Record):
 
 
 def recording_of_fields(state: Mapping[str, Any]) -> Recording:
-    """`Recording` with given values of its fields, unchecked; cached results such as the audit are not yet computed.
-
-    `state` maps the name of every field to its value. It must not contain the cached fields. The arrays of samples and
-    covariates become read-only.
-    """
+    """`Recording` with given values of all fields but the cached ones, unchecked; arrays become read-only."""
     recording = object.__new__(Recording)
     found = with_aligned_arrays(dict(state))
     covariates = {name: read_only(values) for name, values in found["covariates"].items()}

@@ -36,13 +36,7 @@ MIN_MATCH = 0.95
 
 @dataclass(frozen=True, slots=True)
 class Polling:
-    """How often samples repeat.
-
-    Attributes
-    ----------
-    kept : ndarray of bool, shape (n,)
-        Samples that are the first with their value.
-    """
+    """How often samples repeat; `kept` is a mask, shape (n,), of the samples that are the first with their value."""
 
     kept: NDArray[np.bool_]
 
@@ -60,9 +54,9 @@ class Polling:
 def polling_of(rows: NDArray[np.floating | np.integer]) -> Polling | None:
     """`Polling` of samples, shape (n,) or (n, columns), if the sensor is slower than the log and its samples repeat.
 
-    None for fewer than 422 rows, fewer than 50 repeats or 2 %, repeats in few parts of the record, or a column with a dead
-    band. A row is a repeat if no column changes. Rows of a coarse sensor are equal by chance too; the repeats among them
-    are found by the regular pattern that two steady rates make.
+    A row is a repeat if no column changes. Rows of a coarse sensor are equal by chance too; the repeats among them are
+    found by the regular pattern that two steady rates make. None for fewer than 422 rows, fewer than 50 repeats or 2 %,
+    repeats in few parts of the record, or a column with a dead band.
     """
     n = len(rows)
     if n < 2 * max(CHANCE_LAGS):
@@ -97,13 +91,11 @@ def _equals_earlier(rows: NDArray[np.floating | np.integer], lag: int) -> NDArra
 
 
 def _regular_repeats(equal: NDArray[np.bool_], chance: float) -> NDArray[np.bool_] | None:
-    """Mask, shape of `equal`, of repeats in the regular pattern of a sensor slower than the log; None without a pattern.
+    """Mask of repeats in the regular pattern of a sensor slower than the log; None without a pattern.
 
     Entry k of `equal` is True if row k + 1 equals row k. Rows outside of the pattern are equal by chance, with the
-    probability `chance`. None also if `chance` is above 0.5.
-
-    Sample k shows the sensor's value with the number floor(k r + φ), where r is the ratio of the rates. This makes a
-    line at the frequency r in the spectrum of `equal`.
+    probability `chance`, at most 0.5. Sample k shows the sensor's value with the number floor(k r + φ), where r is the
+    ratio of the rates. This makes a line at the frequency r in the spectrum of `equal`.
     """
     if chance > 0.5:
         return None
@@ -126,10 +118,7 @@ def _regular_repeats(equal: NDArray[np.bool_], chance: float) -> NDArray[np.bool
 
 
 def _expected_repeats(equal: NDArray[np.bool_], ratio: float) -> NDArray[np.bool_]:
-    """Mask, shape of `equal`, of the repeats expected from a sensor whose rate is `ratio` times the rate of the log.
-
-    Entry k of `equal` is True if row k + 1 equals row k. The phase of the periodic pattern is estimated from `equal`.
-    """
+    """Mask, shape of `equal`, of the repeats expected from a sensor whose rate is `ratio` times the rate of the log."""
     k = np.arange(1, equal.size + 1, dtype=np.float64)
     blocks = max(equal.size // PHASE_BLOCK, 1)
     edges = np.linspace(0, equal.size, blocks, endpoint=False).astype(np.int64)
@@ -142,10 +131,7 @@ def _expected_repeats(equal: NDArray[np.bool_], ratio: float) -> NDArray[np.bool
 
 
 def longest_run(samples: NDArray[Any]) -> tuple[int, int, int]:
-    """Tuple (start, length, equal): first index and length of the longest run of one value; number of repeated samples.
-
-    A sample is repeated if it equals the previous one; NaN equals nothing.
-    """
+    """First index and length of the longest run of one value, and number of samples that equal the previous one."""
     n, longest, start, run_start, equal = samples.size, 1, 0, 0, 0
     for at in range(0, n - 1, PART_SAMPLES):
         part = samples[at : at + PART_SAMPLES + 1]
@@ -166,8 +152,8 @@ def longest_run(samples: NDArray[Any]) -> tuple[int, int, int]:
 def share_of_repeats_followed(samples: Array, limit: int) -> float:
     """Fraction of the repeated samples whose next sample repeats them, too; 0 without repeats.
 
-    A sample is repeated if it equals the one before. Runs of `limit` or more equal samples are ignored. If each sample
-    repeats at random, the fraction is the share of repeats among all samples; it is larger if values are held.
+    Runs of `limit` or more equal samples are ignored. If each sample repeats at random, the fraction is the share of
+    repeats among all samples; it is larger if values are held.
     """
     repeats = runs = 0
     for first in range(0, samples.size - 1, PART_SAMPLES):

@@ -14,8 +14,7 @@ MIN_FLIPS = 5
 def step_of(values: Array, single: bool) -> float:
     """Step (LSB) of which all differences between the values are multiples; 0 without such a step.
 
-    0 also if over half of the values, or fewer than 3 of them, are distinct. `single` is True for values in single
-    precision.
+    0 also if over half of the values, or fewer than 3 of them, are distinct. `single` means single precision.
     """
     levels = np.unique(values)
     if levels.size < 2 or levels.size > 0.5 * values.size:
@@ -39,10 +38,7 @@ def _storage_error(levels: Array, single: bool) -> float:
 
 
 def _distinct_levels(levels: Array, noise: float) -> Array:
-    """Array of the ascending `levels` that are more than 4 `noise` above the previous level; the first is always kept.
-
-    The previous level is that of the input, even if it is itself removed.
-    """
+    """The ascending `levels` that are more than 4 `noise` above the previous level, even if that one is removed."""
     return levels[np.concatenate(([True], np.diff(levels) > 4 * noise))]
 
 
@@ -59,14 +55,8 @@ def two_codes(spread: Array, single: bool) -> float:
     """Distance of the two values between which samples flip; 0 for one value, or more than two.
 
     Also 0 if the samples visit the rarer value fewer than 5 times, or for more than 3 samples each in the median: a few
-    wrong samples, or a status, are no noise. A rarer value that marks lost samples must make 5 % of the samples.
-
-    Parameters
-    ----------
-    spread : ndarray, shape (blocks, length)
-        Blocks of neighboring samples.
-    single : bool
-        True if the samples were stored in single precision.
+    wrong samples, or a status, are no noise. A rarer value that marks lost samples must make 5 % of the samples. `spread`
+    are blocks of neighboring samples (blocks, length), and `single` means stored in single precision.
     """
     levels = np.unique(spread[np.isfinite(spread)])
     if levels.size < 2 or levels.size > 0.5 * spread.size:

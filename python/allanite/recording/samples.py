@@ -21,8 +21,7 @@ CHUNK = 1 << 18
 def private_array(samples: object, columns: Sequence[str] | None) -> NDArray[Any]:
     """Samples as a numeric array of one or two dimensions that no other code can change; booleans become 0 and 1.
 
-    A writeable array is copied. Raises `InputError` for other values and infinities, and `TooShortError` without
-    samples or if all are NaN.
+    Raises `InputError` for other values and infinities, and `TooShortError` without samples or if all are NaN.
     """
     array = np.asarray(samples)
     if array.dtype.kind == "b":
@@ -66,11 +65,9 @@ def require_finite(array: NDArray[Any], columns: Sequence[str] | None) -> None:
 def _infinity_text(
     piece: NDArray[Any], bad: NDArray[np.bool_], at: int, columns: Sequence[str] | None
 ) -> str:
-    """Text with the position of the first infinity: ``the first in column gx: sample 3, counted from 1, is inf``.
+    """Position of the first infinity: ``the first in column gx: sample 3, counted from 1, is inf``.
 
-    `bad`, of the shape of `piece` (samples, or samples × columns), is True at infinities of either sign. The first row
-    of `piece` is sample `at` of the record, counted from 0. Without one name per column, the columns are called x, or
-    x0, x1, ….
+    `bad` is True at infinities of either sign. The first row of `piece` is sample `at` of the record, counted from 0.
     """
     row, *rest = (int(i) for i in np.argwhere(bad)[0])
     k = 1 if piece.ndim == 1 else piece.shape[1]
@@ -80,11 +77,7 @@ def _infinity_text(
 
 
 def column_names(columns: Sequence[str] | None, array: NDArray[Any]) -> tuple[str, ...]:
-    """Tuple of the names of the columns of an array; without `columns`, the names are x, or x0, x1, ….
-
-    Given names are made printable, and repeated ones get a number. Raises `InputError` for another number of names than
-    columns.
-    """
+    """Printable, distinct names of the columns of an array: those given, or x, or x0, x1, …."""
     k = 1 if array.ndim == 1 else array.shape[1]
     if columns is None:
         return default_names(k)
@@ -152,8 +145,7 @@ def stamps_of_index(samples: Any) -> NDArray[Any] | None:
 def find_column(name: str | int, columns: Sequence[str]) -> int:
     """0-based index of a column that is given by its name, or by its index (an int or a text of digits).
 
-    A column whose name is the text takes precedence over the index. Raises `InputError` for an unknown column; its message
-    suggests the most similar name.
+    A column whose name is the text takes precedence over the index. Raises `InputError` for an unknown column.
     """
     if isinstance(name, str) and name in columns:
         return list(columns).index(name)
@@ -182,8 +174,7 @@ def group_means(values: NDArray[Any], k: int) -> NDArray[Any]:
 def averaged(samples: NDArray[Any], k: int, quantity: str) -> NDArray[Any]:
     """Samples at 1/k of the rate, shape (n // k, …): means of k rates, sums of k increments, or every k-th angle.
 
-    NaN are left out of means, and a sum with NaN is k times the mean of the others; NaN if more than half are missing.
-    The last n mod k samples are dropped.
+    Missing samples are treated as in `group_means`; a sum with NaN is k times the mean of the others.
     """
     m = len(samples) // k
     if quantity == "angle":
@@ -195,10 +186,7 @@ def averaged(samples: NDArray[Any], k: int, quantity: str) -> NDArray[Any]:
 
 
 def unit_names(unit: Any, quantity: str, count: int) -> tuple[str, ...]:
-    """Tuple of the names of the units of `count` columns whose rates, increments or angles (`quantity`) are in `unit`.
-
-    `unit` is one text for all columns, or a sequence with one text for each. Raises `InputError` for anything else.
-    """
+    """Names of the units of `count` columns, from one text for all columns or one for each."""
     try:
         units = (unit,) * count if isinstance(unit, str) else tuple(unit)
     except TypeError:
@@ -213,14 +201,9 @@ def unit_names(unit: Any, quantity: str, count: int) -> tuple[str, ...]:
 
 
 def factors_to(unit: str, units: tuple[str, ...]) -> tuple[Array, tuple[str, ...]]:
-    """Tuple (factors, units): factor that converts each column to `unit`, shape (columns,), and the unit of each.
+    """Factor that converts each column to `unit`, shape (columns,), and the unit of each.
 
-    Columns of another kind of sensor keep their unit, with factor 1.
-
-    Raises
-    ------
-    InputError
-        No column has a kind of `unit`.
+    Columns of another kind of sensor keep their unit, with factor 1. Raises `InputError` if all columns do.
     """
     targets = {kind: parse_unit(one) for kind, one in units_by_kind(unit).items()}
     pairs = [(own, targets.get(parse_unit(own).kind)) for own in units]

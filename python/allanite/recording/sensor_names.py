@@ -104,11 +104,11 @@ def role_of(name: str, unit: str | None) -> Role:
 
 
 def role_and_reason(name: str, unit: str | None) -> tuple[Role, str]:
-    """Tuple (role, reason) of a column: ``"sensor"``, ``"time"``, ``"temperature"`` or ``"other"``, and why it is other.
+    """Role of a column, and the reason if it is ``"other"``.
 
-    The reason is empty for the first three roles. In general the unit decides, and the name decides without a unit. Some
-    names decide against a unit: ``gyro_norm`` and ``acc_std`` (no axis of a sensor), magnetometers, durations and time
-    stamps. A column without a unit is a sensor if its name fits nothing else; an empty name is ``"other"``.
+    In general the unit decides, and the name decides without a unit. Some names decide against a unit: ``gyro_norm`` and
+    ``acc_std`` (no axis of a sensor), magnetometers, durations and time stamps. A column without a unit is a sensor if its
+    name fits nothing else; an empty name is ``"other"``.
     """
     key, words = _lower_name(name).replace("-", "_"), words_in(name)
     kind = kind_of_unit(unit)
@@ -143,10 +143,7 @@ def role_and_reason(name: str, unit: str | None) -> tuple[Role, str]:
 
 
 def _is_magnetometer(name: str, words: str, unit: str | None) -> bool:
-    """True if the name or the unit is that of a magnetometer, and the name is not that of an inertial sensor.
-
-    Raises `InputError` for an unknown unit. `words` is `words_in` of the name.
-    """
+    """True if the name or the unit is that of a magnetometer, and the name is not that of an inertial sensor."""
     if sensor_kind(name) is not None:
         return False
     magnetic = unit is not None and parse_unit(unit).kind == MAGNETIC_FIELD
@@ -154,10 +151,7 @@ def _is_magnetometer(name: str, words: str, unit: str | None) -> bool:
 
 
 def _reason_not_axis(name: str, words: str) -> str:
-    """Reason why a column is no axis of a sensor (``"a covariance"``, ``"a magnitude"``, …).
-
-    An empty text if it may be an axis. `words` is `words_in` of the name.
-    """
+    """Reason why a column is no axis of a sensor (``"a covariance"``, ``"a magnitude"``, …); empty if it may be one."""
     if _COVARIANCE.search(words):
         return "a covariance"
     if re.match(r"^\s*[|‖].*[|‖]\s*$", name):
@@ -181,8 +175,7 @@ def sensor_kind(name: str) -> str | None:
 def kind_of_sensor(name: str, unit: str) -> str:
     """Kind of sensor from its unit; if the unit is dimensionless, from its name.
 
-    One of ``"angular rate"``, ``"acceleration"``, ``"magnetic field"`` and ``"fractional frequency"``. The last one
-    stands for an unknown unit with any name, and for a dimensionless unit if the name states no sensor.
+    ``"fractional frequency"`` stands for an unknown unit, and for a dimensionless unit if the name states no sensor.
     """
     kind = unit_kind(unit)
     if kind is None:

@@ -48,20 +48,10 @@ def unusable_stamps(found: str, link: str = "; ") -> InputError:
 
 
 def stamp_numbers(time: ArrayLike, unit: str | None) -> tuple[NDArray[Any], str | None]:
-    """Tuple (stamps, unit): integers or floats, shape (n,), and ``"ns"`` for date-times, else the given `unit`.
+    """Stamps as integers or floats, shape (n,), and their unit: ``"ns"`` for date-times, else the given one.
 
-    Parameters
-    ----------
-    time : array_like of shape (n,)
-        Numbers, numpy datetime64 or timedelta64, date-times of pandas, polars or Python, ISO 8601
-        texts.
-    unit : str or None
-        Unit given by the caller; date-times need none.
-
-    Raises
-    ------
-    InputError
-        NaT or NaN, named by its row; text that is no date-time; no column of two stamps.
+    `time` has numbers, date-times of numpy, pandas, polars or Python, or ISO 8601 texts. Raises `InputError` for NaT, NaN
+    and other text, and for anything but one column of at least two stamps.
     """
     t = np.asarray(time)
     if t.ndim != 1 or t.size < 2:
@@ -82,10 +72,7 @@ def stamp_numbers(time: ArrayLike, unit: str | None) -> tuple[NDArray[Any], str 
 
 
 def _dates_or_floats(t: NDArray[Any]) -> NDArray[Any]:
-    """Array of datetime64[ns] in UTC, or of floats if the values are texts of numbers.
-
-    Dates may be date-times of Python or pandas, or ISO texts. Raises `InputError` for other values.
-    """
+    """datetime64[ns] in UTC of date-times or ISO texts, or floats if the values are texts of numbers."""
     try:
         naive = [str(v).strip().removesuffix("Z").removesuffix("+00:00") for v in t.tolist()]
         # 31.01.2026 12:00:00.5: the day first.
@@ -114,28 +101,11 @@ def _require_valid(bad: NDArray[np.bool_], t: NDArray[Any]) -> None:
 
 
 def unit_of_stamps(t: NDArray[Any], step: float, rate: float | None) -> tuple[str, str]:
-    """Tuple (unit, source) of time stamps: their unit, guessed from the stated rate, the epoch or the magnitude.
+    """Unit of time stamps, and its source: ``"rate"``, ``"epoch"``, ``"usual"`` (fractions of a second) or ``"size"``.
 
-    Parameters
-    ----------
-    t : ndarray of shape (n,)
-        Stamps.
-    step : float
-        Usual step between two.
-    rate : float or None
-        Stated rate, Hz; it decides if it fits one unit.
-
-    Returns
-    -------
-    unit : str
-    source : str
-        ``"rate"``, ``"epoch"``, ``"usual"`` (fractions of a second) or ``"size"``, a guess.
-
-    Raises
-    ------
-    InputError
-        Without `rate`: whole numbers in steps of 1 or 2, which may be seconds, milliseconds or row numbers, or stamps
-        that may be Modified Julian Dates or decimal years.
+    `step` is the usual step, and the stated `rate` (Hz) decides if it fits one unit. Without it, raises `InputError` for
+    whole numbers in steps of 1 or 2, which may be seconds, milliseconds or row numbers, and for stamps that may be
+    Modified Julian Dates or decimal years.
     """
     if rate is not None and rate > 0:
         for unit in ("s", "ms", "us", "ns"):
@@ -169,17 +139,7 @@ def unit_of_stamps(t: NDArray[Any], step: float, rate: float | None) -> tuple[st
 def _require_unit_of_calendar(start: float, end: float, step: float, rate: float | None) -> None:
     """Raise `InputError` if it is unclear whether stamps are seconds, Modified Julian Dates or decimal years.
 
-    This is so if both ends are usual dates and the step is a usual interval, such as one day. Nothing is raised with a
-    stated rate.
-
-    Parameters
-    ----------
-    start, end : float
-        First and last stamp.
-    step : float
-        Usual step between two stamps.
-    rate : float or None
-        With a stated rate there is no doubt.
+    This is so if both ends are usual dates, the step is a usual interval, such as one day, and no rate is stated.
     """
     if rate is not None or not step > 0.0:
         return

@@ -33,12 +33,7 @@ def usual_step(steps: Array) -> float:
     The median is the mode of nearly every log, and robust against jitter. For regular stamps that are rounded about as
     coarsely as their interval, the mean step is returned. If most samples are missing, the median is a multiple of the
     usual step. A fraction (1/2 to 1/5) of the median is taken if one step in eight is that short, and most steps are
-    multiples of it.
-
-    Raises
-    ------
-    InputError
-        No step is positive.
+    multiples of it. Raises `InputError` if no step is positive.
     """
     forward = steps[steps > 0]
     if forward.size == 0:
@@ -64,7 +59,7 @@ def _mean_of_rounded_steps(steps: Array, middle: float) -> float:
     """Mean step of regular stamps rounded about as coarsely as their interval (1, 2, 2, 1, … ms); 0 for other stamps.
 
     The sum of such steps stays within one step of a straight line. With randomly missing samples the sum would stray
-    farther. 0 also for fewer than 200 steps.
+    farther.
     """
     length = 200
     if steps.size < length:
@@ -86,15 +81,10 @@ NO_STEADY_RATE = "the time column nowhere advances at a steady rate"
 class Steps:
     """Steps between stamps, separated into usual steps and irregularities.
 
-    Parameters
-    ----------
-    raw : ndarray of shape (n − 1,)
-        Differences of the stamps, in their own unit.
-    stamps : ndarray of shape (n,)
-        The stamps themselves.
-
     Attributes
     ----------
+    raw, stamps : ndarray of shape (n − 1,) and (n,)
+        Differences of the stamps, and the stamps, in their own unit.
     clean : ndarray of shape (n − 1,)
         Steps without wraps, with disorder and seams replaced by usual steps.
     usual : float
@@ -105,10 +95,8 @@ class Steps:
         First and last row of stamps that are not in order, after which time continues as usual.
     seams : list of int
         Rows after which time runs back permanently: joined logs.
-    coarse : bool
-        True if several samples share a stamp.
-    lost : bool
-        True if gaps cannot be distinguished from jitter.
+    coarse, lost : bool
+        True if several samples share a stamp; if gaps cannot be distinguished from jitter.
     gaps : list of (int, int)
         (row after which samples are missing, number missing); 1 at a seam.
     counts, times : ndarray of shape (n − 1,)
@@ -159,10 +147,7 @@ class Steps:
         self.counts[rows] = self.times[rows] = 0.0
 
     def _undo_wraps(self) -> None:
-        """Add the span of a counter to its wraps in `clean`, and set `wrap` (the span) and `wraps` (rows).
-
-        Nothing changes if no usual span, such as 2¹⁶ or a day, fits.
-        """
+        """Add the span of a counter, such as 2¹⁶ or a day, to its wraps in `clean`; set `wrap` and `wraps`."""
         back = np.flatnonzero(self.raw < -20 * self.usual)
         if back.size == 0:
             return
@@ -182,8 +167,7 @@ class Steps:
     def _replace_disorder(self) -> None:
         """Replace steps that run back, and their neighbors, by usual steps in `clean`; set `disorder`, `seams` and `lost`.
 
-        `disorder` gets the rows out of order, `seams` the rows after which time runs back for good. `lost` becomes True if
-        over 1 % of the steps, and more than 5, run back: then only those of over 100 usual steps are replaced. Raises
+        If over 1 % of the steps, and more than 5, run back, only those of over 100 usual steps are replaced. Raises
         `InputError` for more than 20 000 of them.
         """
         back = np.flatnonzero(self.clean < 0)
@@ -213,10 +197,9 @@ class Steps:
                 done = end
 
     def _disorder_around(self, i: int) -> tuple[int, int] | None:
-        """Tuple (first, end) of the shortest run of steps with step i that restores the usual advance; end exclusive.
+        """Shortest run (first, end) of steps with step i that restores the usual advance; end exclusive.
 
-        The sum of the run differs from that of as many usual steps by at most 0.6 usual steps. None if no run of up to
-        16 steps does this, because time runs back for good, as in joined logs.
+        None if no run of up to 16 steps does this, because time runs back for good, as in joined logs.
         """
         low = max(i - MAX_DISORDER_ROWS, 0)
         sums = np.concatenate(([0.0], np.cumsum(self.clean[low : i + MAX_DISORDER_ROWS])))
@@ -234,11 +217,7 @@ class Steps:
         return int(starts[row]), int(ends[column])
 
     def _require_constant_interval(self) -> None:
-        """Raise `InputError` if the interval of the stamps changes permanently by over 30 %, as in two joined recordings.
-
-        The usual steps of 16 blocks are compared. Nothing is raised for fewer than 1600 steps, or if the interval changes
-        more than three times.
-        """
+        """Raise `InputError` if the interval of the stamps changes for good by over 30 %, as in joined recordings."""
         blocks = 16
         length = self.clean.size // blocks
         if length < 100:
@@ -264,11 +243,11 @@ class Steps:
     # -- stamps of single samples -----------------------------------------------------------------
 
     def _set_gaps_of_single_stamps(self) -> None:
-        """Set `usual`, `lost`, `gaps`, `counts` and `times`, for stamps that each belong to one sample; returns None.
+        """Set `usual`, `lost`, `gaps`, `counts` and `times`, for stamps that each belong to one sample.
 
         Steps over 1.5 usual intervals are gaps. Gaps cannot be told from jitter if more than 5 % of the steps are that
-        long, and not by whole samples. Then `lost` becomes True, and only steps over 20 usual intervals and 20 mean
-        steps are gaps. The same holds if `lost` was already True.
+        long, and not by whole samples. Then, and if `lost` was already True, only steps over 20 usual intervals and 20
+        mean steps are gaps.
         """
         steps = self.clean
         for _ in range(3):
@@ -296,11 +275,10 @@ class Steps:
         self._count_missing(late)
 
     def _is_delay_caught_up(self, late: NDArray[np.int64]) -> NDArray[np.bool_]:
-        """Mask, shape of `late`: True if the samples after a long step came late, so that none is missing.
+        """Mask of the long steps with the indices `late` after which samples only came late, so that none is missing.
 
-        `late` are the indices of the long steps. The delays of stamps behind evenly spaced ones are compared: the
-        smallest among 1024 stamps before the step, and among 1024 after it. True if the smallest delay grows by less
-        than half of the step.
+        The delays of stamps behind evenly spaced ones are compared: the smallest among 1024 stamps before the step, and
+        among 1024 after it. True if the smallest delay grows by less than half of the step.
         """
         steps = self.clean
         step = (float(steps.sum()) - float(steps[late].sum())) / max(steps.size - late.size, 1)
@@ -359,8 +337,7 @@ class Steps:
     def _set_gaps_of_shared_stamps(self) -> None:
         """Set `gaps`, `counts` and `times`, for stamps that several samples share, such as whole seconds of a 5 Hz log.
 
-        A gap is a step of more than (2.5 + 2/n) usual steps between different stamps. n is the mean number of samples
-        per stamp. Returns None.
+        A gap is a step of more than (2.5 + 2/n) usual steps, where n is the mean number of samples per stamp.
         """
         at = np.flatnonzero(self.clean > 0)
         steps = self.clean[at]

@@ -42,15 +42,9 @@ EXAMINED_SAMPLES = 20_000
 class Tail:
     """Student t law fitted to the magnitudes |x| of a sample.
 
-    Attributes
-    ----------
-    inverse_freedom : float
-        1/ν, where ν are the degrees of freedom; 0 for the normal law.
-    low, high : float
-        Smallest tried 1/ν that the sample does not exclude (three standard deviations), and the tried value next above
-        the largest one.
-    scale : float
-        Scale of the law with 1/ν = `high`, in the unit of the sample.
+    `inverse_freedom` is 1/ν, where ν are the degrees of freedom; 0 for the normal law. `low` is the smallest tried 1/ν
+    that the sample does not exclude (three standard deviations), and `high` the tried value next above the largest one.
+    `scale` is that of the law with 1/ν = `high`.
     """
 
     inverse_freedom: float
@@ -64,18 +58,12 @@ class Tail:
         return self.low > 0.0
 
     def reach(self, probability: float) -> float:
-        """Magnitude that one value exceeds with at most this `probability`, for the heaviest tail that the data allow.
-
-        The unit is that of the sample.
-        """
+        """Magnitude that one value exceeds with at most this `probability`, for the heaviest tail that the data allow."""
         return float(self.scale * _exceeded_magnitude(self.high, probability))
 
 
 def _exceeded_magnitude(inverse_freedom: float, probability: float) -> float:
-    """Magnitude that a value of Student's t law with scale 1 exceeds with this two-sided probability.
-
-    The degrees of freedom are 1/`inverse_freedom`; 0 is the normal law.
-    """
+    """Magnitude that a value of Student's t law with scale 1 exceeds with this two-sided probability."""
     from scipy.special import ndtri, stdtrit
 
     p = 0.5 * probability
@@ -83,20 +71,10 @@ def _exceeded_magnitude(inverse_freedom: float, probability: float) -> float:
 
 
 def tail_of(magnitudes: Array, censored: float, *, ordered: bool = False) -> Tail | None:
-    """`Tail`: Student t law fitted to magnitudes. The largest (a share `censored`) enter only by their number.
+    """Student t law fitted to magnitudes, of which the largest (a share `censored`) enter only by their number.
 
-    Parameters
-    ----------
-    magnitudes : ndarray, shape (n,)
-    censored : float
-        Share of the largest magnitudes that is censored.
-    ordered : bool
-        True if the magnitudes are in ascending order.
-
-    Returns
-    -------
-    Tail or None
-        None below 50 uncensored magnitudes, if the median is 0, or if no uncensored magnitude exceeds the median.
+    `ordered` magnitudes ascend. None below 50 uncensored magnitudes, if the median is 0, or if no uncensored magnitude
+    exceeds the median.
     """
     from scipy.special import ndtr, stdtr
 
@@ -142,17 +120,10 @@ def tail_of(magnitudes: Array, censored: float, *, ordered: bool = False) -> Tai
 
 
 def outlier_limit(magnitudes: Array, probability: float, step: float = 0.0) -> float:
-    """Magnitude (float) above which a value is an outlier: the smallest limit of several tail fits, plus half a `step`.
+    """Magnitude above which a value is an outlier: the smallest limit of several tail fits, plus half a `step`.
 
-    Infinite if no law can be fitted.
-
-    Parameters
-    ----------
-    magnitudes : ndarray, shape (n,)
-    probability : float
-        Probability that one value of pure noise exceeds the limit.
-    step : float
-        Step of rounded values; each value is then spread at random (seed 0) over one step.
+    One value of pure noise exceeds the limit with the given `probability`. Rounded values are first spread at random
+    (seed 0) over one `step`. Infinite if no law can be fitted.
     """
     if step > 0.0:
         spread = np.random.default_rng(0).uniform(-0.5 * step, 0.5 * step, magnitudes.size)
@@ -164,11 +135,11 @@ def outlier_limit(magnitudes: Array, probability: float, step: float = 0.0) -> f
 
 
 def _power_law_limits(rising: Array, probability: float) -> list[float]:
-    """List of outlier limits from power laws that are fitted to the largest values; `rising` are ascending magnitudes.
+    """Outlier limits from power laws fitted to the largest of the magnitudes `rising`; empty for fewer than 2000 values.
 
     A limit is the magnitude that a single value exceeds with the given `probability`, by extrapolation of the power law.
     The exponent is that of Hill (1975) without the very largest values. A second limit is added if the largest values are
-    far more numerous than the power law predicts; these values lie above it. Empty for fewer than 2000 values.
+    far more numerous than the power law predicts; these values lie above it.
     """
     from scipy.special import pdtrc
 
@@ -207,10 +178,7 @@ def _power_law_limits(rising: Array, probability: float) -> list[float]:
 
 
 def coarse_step(values: Array) -> float:
-    """Smallest distance between different values if 2 to 50 different values occur, else 0.
-
-    At most 40 000 values are examined.
-    """
+    """Smallest distance between different values if 2 to 50 different values occur, else 0; long columns are thinned."""
     some = values[:: max(1, values.size // EXAMINED_SAMPLES)]
     levels = np.unique(some)
     if levels.size > MAX_COARSE_LEVELS or levels.size < 2:

@@ -128,24 +128,11 @@ MAX_STEP = 1e140
 def read_stamps(
     time: ArrayLike, unit: str | None = None, rate: float | None = None, piece: int | None = None
 ) -> Stamps:
-    """`Stamps`: rate, unit, gaps and irregularities of a time column.
+    """`Stamps`: rate, unit, gaps and irregularities of a time column of numbers or date-times.
 
-    Parameters
-    ----------
-    time : array_like of shape (n,)
-        Stamps: integers, floats or date-times.
-    unit : str, optional
-        s, ms, us, ns, min, h or d; by default guessed.
-    rate : float, optional
-        Stated rate, Hz; helps to guess the unit.
-    piece : int, optional
-        Segment to use if very long gaps split the record, counted from 1; by default the one with most samples.
-
-    Raises
-    ------
-    InputError
-        Fewer than two stamps; stamps that are not finite, do not advance, or have no identifiable unit;
-        an unknown segment.
+    The unit is guessed if it is not given; the stated `rate` (Hz) helps. `piece`, counted from 1, is the segment to use if
+    very long gaps split the record; by default the one with most samples. Raises `InputError` for fewer than two stamps,
+    stamps that are not finite, do not advance, or have no identifiable unit, and for an unknown segment.
     """
     t, unit = stamp_numbers(time, unit)
     sums = StampSums(unit, rate)
@@ -247,11 +234,10 @@ class StampSums:
 
 
 def _interval_drift(steps: Array, jitter: float, resolution: float) -> tuple[float, int]:
-    """Tuple (drift, index): relative change of the interval over the record, and where it changes most.
+    """Largest mean interval of 16 parts over the smallest, minus 1, and the index of the step where it changes most.
 
-    `steps` are divided into 16 equal parts. `drift` is the largest mean of a part over the smallest mean, minus 1. It is
-    0 below 5·10⁻⁵, within the jitter, and for fewer than 800 steps. `index` is the index of the step at which the mean
-    changes most; it is −1 unless `drift` exceeds 2 %.
+    The drift is 0 below 5·10⁻⁵, within the jitter, and for fewer than 800 steps. The index is −1 unless the drift exceeds
+    2 %.
     """
     blocks = 16
     length = steps.size // blocks
@@ -268,7 +254,7 @@ def _interval_drift(steps: Array, jitter: float, resolution: float) -> tuple[flo
 
 
 def segments_between_gaps(n: int, gaps: list[tuple[int, int]]) -> tuple[tuple[int, int], ...]:
-    """Tuple of (first row, end) of each segment between gaps that are too long to fill, `end` exclusive.
+    """First row and end (exclusive) of each segment between gaps that are too long to fill.
 
     The longest gaps split the record, until in each segment at most four times as many samples are missing as present.
     Gaps below `MIN_SPLITTING_GAP` samples never split.
@@ -293,10 +279,7 @@ def segments_between_gaps(n: int, gaps: list[tuple[int, int]]) -> tuple[tuple[in
 
 
 def index_of_segment(pieces: tuple[tuple[int, int], ...], piece: int | None) -> int:
-    """Index, from 0, of the segment with the number `piece`, counted from 1; by default of the longest segment.
-
-    Raises `InputError` for an unknown number.
-    """
+    """Index, from 0, of the segment with the number `piece`, counted from 1; by default of the longest segment."""
     if piece is None:
         return int(np.argmax([end - first for first, end in pieces]))
     if not 1 <= piece <= len(pieces):
@@ -308,10 +291,7 @@ def index_of_segment(pieces: tuple[tuple[int, int], ...], piece: int | None) -> 
 
 
 def fill_gaps(array: NDArray[np.generic], stamps: Stamps) -> NDArray[np.generic]:
-    """Rows of `array` in the segment used, with rows of NaN in place of missing samples.
-
-    The result is a new array in double precision if samples are missing; otherwise it is the array or a view of it.
-    """
+    """Rows of `array` in the segment used, with rows of NaN in place of missing samples."""
     first, end = stamps.rows
     if end - first < len(array):
         array = array[first:end]
