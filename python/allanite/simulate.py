@@ -39,15 +39,10 @@ MAX_TAPS, HALF_TAPS_PER_PERIOD = 4096, 4.0
 
 
 def arma(terms: tuple[Term, ...]) -> tuple[float, list[float], list[float]]:
-    """Tuple (σ, numerator b, denominator a) of the ARMA process with the spectrum of `terms`.
+    """Tuple (σ, numerator b, denominator a) of the ARMA process with the spectrum of `terms`, exponentials and white noise.
 
     Its input is white noise with standard deviation σ. b begins with b0 = 1; a begins with a1, because a0 = 1 is omitted.
     The spectrum of the terms times |a|² is the spectrum of a moving average; b is its minimum-phase factor.
-
-    Parameters
-    ----------
-    terms : tuple of Term
-        Exponentials and white noise; other terms are not allowed.
     """
     phi = np.array([complex(t.phi) for t in terms if isinstance(t, Exponential)])
     poles = np.concatenate([phi, phi[phi.imag != 0.0].conj()])
@@ -70,8 +65,8 @@ def arma(terms: tuple[Term, ...]) -> tuple[float, list[float], list[float]]:
 def _generators(model: Model, effect: Any, rate: float) -> list[tuple[str, list[float]]]:
     """List of (name, parameters) of the random-number generators of the compiled core whose sum simulates an effect.
 
-    Generators of white noise include the filter among the modifiers of the `model`. `rate` is in Hz. InputError if the
-    variance of a sample is too large for a double, or if the core has no generator for a term.
+    Generators of white noise include the filter among the modifiers of the `model`. InputError if the variance of a sample
+    is too large for a double, or if the core has no generator for a term.
     """
     part = Model((effect, *model.modifiers)) if effect.white else Model((effect,))
     with np.errstate(over="ignore", invalid="ignore"):
@@ -113,9 +108,9 @@ def _generator(term: Term) -> tuple[str, list[float]]:
 
 
 def _filter_generator(terms: tuple[Term, ...]) -> tuple[str, list[float]]:
-    """Pair ("filtered", parameters) of the generator that simulates a sum of terms as filtered white noise.
+    """Pair ("filtered", parameters) of the generator that simulates a sum of exponentials and white noise.
 
-    `terms` are exponentials and white noise. InputError if their filter has more than two poles.
+    InputError if their filter has more than two poles.
     """
     if sum(1 + bool(complex(t.phi).imag) for t in terms if isinstance(t, Exponential)) > 2:
         raise InputError(
@@ -300,10 +295,9 @@ class _SimulatedRecord:
         return Recording(total, rate=self.rate, unit=self.unit, covariates=given or None)
 
     def _noise(self, count: int, first: int) -> Array:
-        """Array of the next `count` samples of the sum of the random processes after all filters, shape (count,).
+        """The next `count` samples of the sum of the random processes after all filters; calls must continue the record.
 
-        `first` is the index of the first of them; it is negative before the record, while the filters settle. Calls must
-        continue the record.
+        `first` is the index of the first of them; it is negative before the record, while the filters settle.
         """
         total: Array | None = None
         for process, gains in self.parts:
@@ -330,18 +324,14 @@ def _processes_with_gains(
     """List of pairs (random process, list of gains) for the simulation of an effect.
 
     Each process is multiplied by all its gains; the sum of the products is the effect. A gain is a function of time (s)
-    that returns an array of factors. An effect whose spectrum changes over the record (`moving`) has one process and one
-    gain for each equal time segment, see `segment_weights`. Any other effect is a single process without gains.
-    `span` is the first and last time of the record, s.
+    that returns an array of factors. An effect whose spectrum changes over the record (`moving`) has one process for each
+    equal time segment. `span` is the first and last time of the record, s.
     """
     if not effect.moving:
         return [(effect, [])]
 
     def gain(segment: int, time: Array, _: object = None) -> Array:
-        """Array of the factor on the process of time segment number `segment` at each time (s), shape (n,).
-
-        It is the square root of the weight of the segment in `segment_weights`. The last argument is not used.
-        """
+        """Factor on the process of a time segment at each time (s): the root of its weight in `segment_weights`."""
         return np.sqrt(segment_weights(time, span, len(effect.segments))[segment])
 
     return [(process, [partial(gain, i)]) for i, process in enumerate(effect.segments)]
@@ -350,7 +340,7 @@ def _processes_with_gains(
 def _band_gain(effect: Modifier, rate: float, span: tuple[float, float]) -> Gain:
     """Function of time (s) that returns the factor on samples of a frequency band whose level `effect` changes.
 
-    `span` is the first and last time of the record, s; over it, the mean of the squared factor is 1.
+    The mean of the squared factor over `span`, the first and last time of the record in s, is 1.
     """
 
     def gain(time: Array, _: object = None) -> Array:
@@ -379,10 +369,9 @@ class _BandLevelFilter:
         self.delayed = np.zeros(half)
 
     def next(self, samples: Array, first: int) -> Array:
-        """Array of the input `samples` with the changed level of one band, shape of `samples`.
+        """The input `samples` with the changed level of one band, delayed by half the number of filter taps.
 
-        The output is delayed by half the number of filter taps. Each call continues the record where the previous call
-        ended. `first` is the index in the record of the first input sample.
+        Each call continues the record where the previous call ended. `first` is the index of the first input sample.
         """
         from scipy.signal import lfilter
 
@@ -403,10 +392,7 @@ class _StatefulFilter:
         self.state = np.zeros(len(response.poles))
 
     def next(self, samples: Array, _: int) -> Array:
-        """Array of the input `samples` after the recursive filter, same shape; the second argument is not used.
-
-        Each call continues the record where the previous call ended.
-        """
+        """The input `samples` after the recursive filter; each call continues the record where the previous call ended."""
         from scipy.signal import lfilter
 
         out, self.state = lfilter(self.b, self.a, samples, zi=self.state)
@@ -414,10 +400,7 @@ class _StatefulFilter:
 
 
 def _sample_count(duration: float | None, n: int | None, rate: float) -> int:
-    """Number of samples `n`, or `duration` (s) times `rate` (Hz), rounded; exactly one of both must be given.
-
-    InputError for both or none, for less than one sample, and for more than 2⁵³ samples.
-    """
+    """Number of samples `n`, or `duration` (s) times `rate` (Hz), rounded; exactly one of both must be given."""
     if (duration is None) == (n is None):
         raise InputError("give either a duration in seconds or a number of samples n")
     if n is not None:

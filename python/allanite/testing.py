@@ -86,8 +86,7 @@ def example_of(
 ) -> Effect:
     """Effect of a kind with typical values for a record of `n` samples at `rate` Hz with the logged `columns`.
 
-    Coefficients are 1, factors are 3, and shapes are the medians of their grids. Times lie within the record, bands below
-    the Nyquist frequency. Optional parameters have no value. A column that the effect follows is the first of `columns`.
+    Coefficients are 1, factors are 3, and shapes are the medians of their grids. Optional parameters have no value.
     """
     texts = {f.name: str(f.type) for f in fields(kind)}
     beside = Model((white_noise(),))
@@ -182,8 +181,8 @@ def check_declaration(effect: Effect) -> None:
 def check_round_trip(effect: Effect) -> None:
     """Raise `AssertionError` unless an effect can be written to a model file and to a model string and read back.
 
-    The values from a model file must be equal in every bit, those from a model string to a relative 10⁻⁵. Lists are
-    compared in the file only. Effects that are not in the catalog are not checked: model strings cannot name them.
+    The values from a model file must be equal in every bit, those from a model string to a relative 10⁻⁵. Effects that are
+    not in the catalog are not checked: model strings cannot name them.
     """
     if find(effect.kind) is not type(effect):
         return
@@ -312,10 +311,9 @@ def _overlapping_allan_variance(samples: Array, factors: NDArray[np.int64]) -> A
 def check_simulation(effect: Effect, covariates: Columns | None = None) -> None:
     """Raise `AssertionError` unless equal seeds give equal samples, and simulated records have the declared properties.
 
-    A known function must be added exactly to another process. For other effects, another seed must give other samples. The
-    mean Allan variance and spectrum of 384 records must agree with the declared ones to 5 standard errors. For effects that
-    last only for a time, long averages and low frequencies are not compared. The records are the difference of simulations
-    with and without the effect, or white noise after an effect that changes all processes.
+    A known function must be added exactly to another process. For other effects, the mean Allan variance and spectrum of
+    384 records must agree with the declared ones to 5 standard errors. The records are the difference of simulations with
+    and without the effect, or white noise after an effect that changes all processes.
     """
     columns, kind = dict(covariates or {}), effect.kind
     other, model = Model((GaussMarkov(q_c=2.0, correlation_time=0.5),)), _as_model(effect)
@@ -365,16 +363,10 @@ def check_simulation(effect: Effect, covariates: Columns | None = None) -> None:
 
 
 def _assert_agreement(values: Array, expected: Array, what: str, places: NDArray[np.int64]) -> None:
-    """Raise `AssertionError` if a mean over records differs from its expectation by 5 standard errors or more.
+    """Raise `AssertionError` if a mean of `values` over records is 5 standard errors or more from `expected`.
 
-    Parameters
-    ----------
-    values : ndarray, shape (records, k)
-    expected : ndarray, shape (k,)
-    what : str
-        Name of the quantity for the message.
-    places : ndarray, shape (k,)
-        Averaging factor or ordinate of each value, for the message.
+    `values` has shape (records, k). `what` names the quantity, and `places` are the averaging factors or ordinates, shape
+    (k,), for the message.
     """
     error = values.std(axis=0, ddof=1) / np.sqrt(values.shape[0])
     z = (values.mean(axis=0) - expected) / error

@@ -53,11 +53,10 @@ class TimeMap:
         )
 
     def worst(self) -> tuple[float, float] | None:
-        """Pair (start, end) in s of the time in which the power deviates most; None if it deviates nowhere.
+        """Pair (start, end) in s of the time in which the power deviates most; None if the largest |z| is below 4.6.
 
-        It is the segment with the largest |z|, in any octave, and its neighbors in time. In these neighbors, z of the
-        same octave has the same sign and exceeds 2 in magnitude. None if the largest |z| is below 4.6, or without
-        octaves.
+        It is the segment with the largest |z|, in any octave, and its neighbors in time in which z of the same octave has
+        the same sign and exceeds 2 in magnitude.
         """
         if self.z.size == 0:
             return None
@@ -72,9 +71,9 @@ class TimeMap:
 def time_map(data: Data, whitened: Whitened) -> TimeMap:
     """`TimeMap`: ratio of measured to expected power, and its score z, per octave of frequency and per time segment.
 
-    The record is divided into 32 equal segments. Octaves are in ascending order; those with at most 4 values per segment,
-    on average, are omitted. z compares a segment with the mean of its octave over the record, so that only changes over
-    time count. For heavy-tailed noise, z is computed from normal scores of the samples (`Whitened.with_normal_tails`).
+    Octaves with at most 4 values per segment, on average, are omitted. z compares a segment with the mean of its octave
+    over the record, so that only changes over time count. For heavy-tailed noise, z is computed from normal scores of the
+    samples (`Whitened.with_normal_tails`).
     """
     bands = [band for band in whitened.bands[::-1] if band[2].size > MIN_CELL_VALUES * SEGMENTS]
     edges = np.linspace(data.start, data.start + data.duration, SEGMENTS + 1)
@@ -106,8 +105,7 @@ def overdispersion(power: Array, each: float = 1.0) -> float:
 
     Each value of `power` is the mean of `each` squared normal samples. The values are averaged in 16 or more blocks of
     equal length. The factor is the variance of the block means, over that of χ² and over 1 + 4/√blocks, a margin for its
-    random error. The result is the largest factor for several numbers of blocks. The variance is the median square of
-    differences between neighboring blocks, so that a few steps hardly count. 1 for fewer than 64 values.
+    random error. The result is the largest factor for several numbers of blocks. 1 for fewer than 64 values.
     """
     found = 1.0
     cells = min(MAX_CELLS, power.size // MIN_CELL_VALUES)

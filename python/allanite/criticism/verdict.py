@@ -31,16 +31,10 @@ MIN_INTERVAL_SCORE = 5.2
 class Where:
     """Residuals of a fit over τ, frequency and time, and the worst interval of each.
 
-    Attributes
-    ----------
-    tau, frequency, time : list of dict
-        One record for each averaging time, bin or cell, as in the JSON form.
-    worst_tau, worst_frequency, worst_time : (low, high) or None
-        Interval in which the fit fails most, in s, Hz and s; None if it fails nowhere.
-    largest : (model over measured deviation, τ in s) or None
-        Ratio furthest from 1, above or below, among τ with at least 10 degrees of freedom.
-    few : tuple of float
-        Averaging times with fewer degrees of freedom, which the Allan error of a fit omits, s.
+    `tau`, `frequency` and `time` have one record for each averaging time, bin or cell, as in the JSON form. The worst
+    intervals are in s, Hz and s; None if the fit fails nowhere. `largest` is (model over measured deviation, τ in s), the
+    ratio furthest from 1 among τ with at least 10 degrees of freedom. `few` are the other τ, s, which the Allan error of a
+    fit omits.
     """
 
     tau: list[dict[str, Any]]
@@ -141,10 +135,7 @@ def _score_text(z: float) -> str:
 
 
 def _ratio_text(factor: float) -> str:
-    """Text such as ``the model is ×1.2 too high``; `factor` is model over measured deviation.
-
-    If `factor` is at most 1, the text gives its inverse and ``too low``.
-    """
+    """Text such as ``the model is ×1.2 too high``; `factor` is model over measured deviation."""
     if factor > 1.0:
         return f"the model is ×{factor:.3g} too high"
     return f"the model is ×{1.0 / factor:.3g} too low"
@@ -171,7 +162,7 @@ def _worst_over_tau(curve: Curve) -> Range:
     """Pair (shortest, longest) of the averaging times, s, around the worst misfit of the Allan deviation.
 
     The pair spans the largest |z| and its neighbors in which z has the same sign and exceeds 2 in magnitude. None if no
-    |z| reaches `MIN_FAILING_SCORE`. A z that is not finite counts as 0.
+    |z| reaches `MIN_FAILING_SCORE`.
     """
     z = np.where(np.isfinite(curve.z), curve.z, 0.0)
     top = int(np.argmax(np.abs(z)))
@@ -191,8 +182,7 @@ def _rows_over_frequency(fit: Fit) -> list[dict[str, Any]]:
 def _worst_over_frequency(fit: Fit) -> Range:
     """Pair (lowest, highest frequency), Hz, of the interval in which the fit fails most; None if it fails nowhere.
 
-    Among all intervals of k neighboring bins, this one has the largest |Σz|/√k, where z is the score of a bin. The fit
-    fails there if this value is at least `MIN_INTERVAL_SCORE`.
+    Among all intervals of k neighboring bins, this one has the largest |Σz|/√k, where z is the score of a bin.
     """
     z = fit.z
     total = np.concatenate([[0.0], np.cumsum(z)])

@@ -32,27 +32,16 @@ class DeltaLoglLaw:
     """Probability distribution of ΔlogL when the true effect is added to the model; bins are independent.
 
     Let S be the true power, S₀ the power that the model without the effect fits to S, and s² the squared ordinates of a
-    known function. With I = (s + √S ε)², ΔlogL at these spectra is T = ½ Σ [ln(S₀/S) + I/S₀ − ε²], a sum of non-central
-    χ² variates. In a fit, S₀ follows the record. Let U be the score of its coefficients, V the covariance of U, and J the
+    known function. With I = (s + √S ε)², ΔlogL at these spectra is T = ½ Σ [ln(S₀/S) + I/S₀ − ε²], a sum of non-central χ²
+    variates. In a fit, S₀ follows the record. Let U be the score of its coefficients, V the covariance of U, and J the
     curvature of logL. The fit without the effect gains ½ Uᵀ J⁻¹ U. The fit with the effect gains ½ Uᵀ V⁻¹ U, and ½χ² for
     the parameters that the effect adds (White 1982, Econometrica 50, 1). For the variance of the sum, T is split into its
     projection on U and the remainder. Known functions of time in both models remove the ordinates along them from both
     fits. If the effect has most of its power there, these functions absorb it.
 
-    Attributes
-    ----------
-    count : ndarray, shape (bins,)
-        Ordinates of each bin.
-    ratio : ndarray, shape (bins,)
-        S/S₀.
-    signal : ndarray, shape (bins,)
-        Σ s²/S₀ over the ordinates of each bin.
-    slopes : ndarray, shape (bins, p)
-        Derivative of ln S₀ with respect to each of its free coefficients.
-    added : int
-        Parameters that the effect adds to the model.
-    taken : ndarray, shape (bins,), optional
-        Ordinates of each bin that known functions absorb.
+    In each bin, `count` is the number of ordinates, `ratio` S/S₀, and `signal` Σ s²/S₀. `slopes`, shape (bins, p), are the
+    derivatives of ln S₀ with respect to its free coefficients. `added` is the number of parameters that the effect adds.
+    `taken` are the ordinates of each bin that known functions absorb.
     """
 
     count: Array
@@ -92,10 +81,10 @@ class DeltaLoglLaw:
         return float(np.sqrt(variance + weights @ weights + 0.5 * (gain**2).sum()))
 
     def _projection(self) -> tuple[Array, Array, Array]:
-        """Tuple of three arrays for the correction of ΔlogL for the parameters that the model fits anyway; p parameters.
+        """Tuple of three arrays for the correction of ΔlogL for the p parameters that the model fits anyway.
 
-        * Covariance of T and U, shape (p,): T is ΔlogL with fixed spectra, U the derivative of logL by the parameters.
-        * J⁻¹ − 1, shape (p, p): J is the curvature of logL.
+        * Covariance of T and U, shape (p,).
+        * J⁻¹ − 1, shape (p, p).
         * Derivatives of ln(power without the effect) by the parameters, shape (bins, p).
 
         The parameters are combined so that the covariance of U is the unit matrix.
@@ -130,10 +119,7 @@ class DeltaLoglLaw:
 
 
 def needed_delta_logl(family: Family, families: int) -> float:
-    """Smallest significant ΔlogL (nats) of an effect of this family.
-
-    Its p-value is `FALSE_ALARM_PROBABILITY` / `families`, because `families` families share the false alarms.
-    """
+    """Smallest significant ΔlogL (nats) of an effect of this family, which shares the false alarms with all `families`."""
     target = np.log(FALSE_ALARM_PROBABILITY / families)
     low, high = 0.5, 50.0
     while log_p_value(family, high) > target:
@@ -152,14 +138,8 @@ def family_of(
 ) -> tuple[Family, int]:
     """Tuple (family of searches in which `check` looks for the effect, number of families that share the false alarms).
 
-    The family is that of a slow function, a line, a change of level, or else a shape of the spectrum.
-
-    Parameters
-    ----------
-    base : Model
-        Model without the effect.
-    null : Solution
-        Its random part, fitted to the expected record.
+    The family is that of a slow function, a line, a change of level, or else a shape of the spectrum. `null` is the random
+    part of `base`, the model without the effect, fitted to the expected record.
     """
     arcs: dict[str, list[float]] = {"spectral": []}
     for cls, _, unit in directions(null, data):
@@ -189,8 +169,8 @@ def family_of(
 def _arc_lengths(kinds: Sequence[Deterministic], null: Solution, grid: Data) -> tuple[float, ...]:
     """Tuple of angles, rad, one for each known function: how far its direction turns over its grid of shape values.
 
-    The direction is the unit vector of the function's cosine transform, divided by the root of the noise power of
-    `null`. The angle between successive shapes is added up. It measures the number of independent trials.
+    The direction is the unit vector of the function's whitened cosine transform. The angle measures the number of
+    independent trials.
     """
     out = []
     for blank in kinds:

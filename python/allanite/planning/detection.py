@@ -99,10 +99,7 @@ class Power:
         return float(effect.values[parameter])
 
     def _effect_and_parameter(self, name: str) -> tuple[Effect, str]:
-        """Tuple (effect of the model, name of its parameter) for the key `name` of `standard_errors`, such as ``GM.q_c``.
-
-        Raises `InputError` for any other name.
-        """
+        """Tuple (effect of the model, name of its parameter) for a key of `standard_errors`, such as ``GM.q_c``."""
         from allanite.planning.standard_errors import effect_labels
 
         label, _, parameter = name.partition(".")
@@ -254,10 +251,7 @@ def detection_power(
 
 
 def as_effect(effect: Effect | str) -> Effect:
-    """`Effect`: `effect` itself, or the single effect that a string describes.
-
-    Raises `InputError` if the string has several effects, or if the effect cannot be planned from a spectrum.
-    """
+    """`effect` itself, or the single effect of a string; `InputError` if it cannot be planned from a spectrum."""
     if isinstance(effect, str):
         parsed = parse_model(effect)
         if len(parsed) != 1:
@@ -272,17 +266,10 @@ def as_effect(effect: Effect | str) -> Effect:
 class Detection:
     """Prediction of the test that `check` makes for an effect.
 
-    Attributes
-    ----------
-    law : DeltaLoglLaw
-        Distribution of ΔlogL relative to the model without the effect.
-    tested : DeltaLoglLaw
-        Distribution of the ΔlogL that the test uses. For a slow function of time it is relative to the best model that
-        may have one more wandering process; otherwise it equals `law`.
-    needed : float
-        Smallest tested ΔlogL with a p-value below 1 %, corrected for all searches, nats.
-    paying : float
-        Smallest ΔlogL with which the effect explains more than its parameters cost, nats; −∞ for a change of level.
+    `law` is the distribution of ΔlogL relative to the model without the effect. `tested` is that of the ΔlogL that the test
+    uses. For a slow function of time it is relative to the best model that may have one more wandering process. `needed` is
+    the smallest tested ΔlogL, nats, with a p-value below 1 %, corrected for all searches. `paying` is the smallest ΔlogL,
+    nats, with which the effect explains more than its parameters cost.
     """
 
     law: DeltaLoglLaw
@@ -292,10 +279,9 @@ class Detection:
 
     @property
     def probability(self) -> float:
-        """Probability that `check` finds the effect, 0 … 1.
+        """Probability that `check` finds the effect, 0 … 1: ΔlogL is significant and pays for the parameters.
 
-        `check` finds the effect if ΔlogL is significant (above `needed`) and pays for its parameters (above `paying`).
-        The two values rise and fall together, so the smaller of the two probabilities is that of both conditions.
+        The two ΔlogL rise and fall together, so the smaller of the two probabilities is that of both conditions.
         """
         significant = self.tested.exceedance_probability(self.needed)
         return min(significant, self.law.exceedance_probability(max(self.paying, 0.0)))
@@ -304,9 +290,8 @@ class Detection:
 def predicted_detection(base: Model, effect: Effect, data: Data, grid: Data) -> Detection:
     """`Detection`: predicted distribution of ΔlogL if `effect` is added to `base`, with the limits it must exceed.
 
-    Nothing is simulated: `base` is fitted to the expected power of `base` plus `effect`. For a level change, it is
-    fitted to the expected power of `base` alone. As in `check`, a slow function of time is compared with the best random
-    process. `grid` is a `Data` on which functions of time are computed.
+    Nothing is simulated: `base` is fitted to the expected power of `base` plus `effect`. For a level change, it is fitted
+    to the expected power of `base` alone.
     """
     noise = _expected.random_part(base)
     if isinstance(effect, Modifier) and effect.passing:
@@ -338,7 +323,7 @@ def _expected_cost(
 ) -> float:
     """Cost of the parameters of the effect in ln evidence, nats, as `check` computes it for the expected record.
 
-    `null` is the fit of the random part `noise` of the model without the effect. `law` is the distribution of ΔlogL.
+    `null` is the fit of `noise`, the random part of the model without the effect.
     """
     if isinstance(effect, Stochastic):
         whole = _expected.best_fit(
@@ -358,7 +343,7 @@ def _delta_logl_law(
     """Predicted distribution (`DeltaLoglLaw`) of ΔlogL if `effect` is added to the model `base`.
 
     `null` is the random part of `base`, fitted to the expected power of a record that contains the effect. `true` is the
-    noise power in each bin of this record. `grid` is a `Data` on which functions of time are computed.
+    noise power in each bin of this record.
     """
     added = sum(
         p.role not in {"derived", "choice"} and p.unit != "text" and p.name not in effect.held
@@ -374,10 +359,7 @@ def _delta_logl_law(
 
 
 def _with_wandering_process(noise: Model) -> list[Model]:
-    """List of `Model`: `noise` plus one random process that drifts slowly (flicker, Gauss-Markov, random walk, …) each.
-
-    `check` compares a slow function of time with these models, because such a process can look like it.
-    """
+    """List of `Model`: `noise` plus one slowly drifting process (flicker, Gauss-Markov, random walk, …) each."""
     return [
         noise + blank
         for cls in CATALOG
@@ -387,10 +369,7 @@ def _with_wandering_process(noise: Model) -> list[Model]:
 
 
 def _level_change_law(noise: Model, effect: Modifier, data: Data) -> DeltaLoglLaw:
-    """Distribution of ΔlogL of two white-noise levels relative to one level, over the bins that white noise dominates.
-
-    Raises `InputError` if the model has no white noise.
-    """
+    """Distribution of ΔlogL of two white-noise levels relative to one level, over the bins that white noise dominates."""
     if noise.white is None:
         raise InputError(f"{effect.kind}: the model has no white noise whose level could change")
     white = Model((noise.white,))

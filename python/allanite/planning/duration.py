@@ -210,7 +210,7 @@ def _shortest_duration(
 ) -> float | None:
     """Shortest duration, s, of a record for which `is_enough` is True, to 2 %; None if ten years do not suffice.
 
-    `is_enough` is called with the `Data` of a record and of its coarse grid. The search starts at 64 samples.
+    `is_enough` is called with the `Data` of a record and of its coarse grid.
     """
 
     def is_long_enough(duration: float) -> bool:
@@ -233,22 +233,10 @@ def _shortest_duration(
 
 
 def _alternative_model(base: Model, names: tuple[str, str]) -> Model:
-    """Copy of the model `base` in which one of two named effects is replaced by the other one.
+    """Copy of the model `base` in which one of two named effects, such as ``GM`` and ``K``, is replaced by the other one.
 
-    `base` must contain exactly one of the two. The other effect has no values and is the last effect of the copy.
-
-    Parameters
-    ----------
-    base : Model
-        Model with values that contains one of the two.
-    names : (str, str)
-        Names of the two effects: ``GM``, ``K``.
-
-    Raises
-    ------
-    InputError
-        Not exactly two names; the model has none or both of the two effects; or the other effect is a known function of
-        time.
+    `base` must contain exactly one of the two. The other effect has no values and is the last effect of the copy; it must
+    not be a known function of time.
     """
     if len(names) != 2:
         raise InputError(f"tell = {', '.join(names)}: two effects, such as GM,K")
@@ -272,16 +260,8 @@ def _alternative_model(base: Model, names: tuple[str, str]) -> Model:
 def _log_odds(truth: Model, other: Model, data: Data, grid: Data) -> float:
     """Expected log odds of `truth`, nats: loss of logL if the model `other` is fitted to a record of `truth`.
 
-    Positive or 0. Known functions of `truth` whose kind is also in `other` cost nothing.
-
-    Parameters
-    ----------
-    truth, other : Model
-        The true model with values, and the one to be excluded, such as an `_alternative_model`.
-    data : Data
-        Length and rate of the record (`expected.blank_data`).
-    grid : Data
-        The same record at a lower rate, with the expected course of each column (`expected.coarse_data`).
+    Known functions of `truth` whose kind is also in `other` cost nothing. `data` and `grid` are from `expected.blank_data`
+    and `expected.coarse_data`.
     """
     power = _expected.expected_power(truth, data)
     for effect in truth.deterministic:

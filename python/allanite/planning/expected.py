@@ -43,12 +43,7 @@ MAX_SAMPLES = 2**53
 def blank_data(n: int, rate: float) -> Data:
     """`Data` of a planned record of n samples at a rate (Hz), without values; its arrays take no memory.
 
-    Raises
-    ------
-    InputError
-        Over 2⁵³ samples.
-    TooShortError
-        Fewer than 32 samples.
+    `TooShortError` for fewer than 32 samples, `InputError` for more than 2⁵³.
     """
     if n < MIN_SAMPLES:
         raise TooShortError(f"a record of {n} samples; a fit needs at least {MIN_SAMPLES}")
@@ -93,7 +88,7 @@ def random_part(model: Model) -> Model:
 
 
 def ordinates_of(effect: Deterministic, data: Data, grid: Data) -> NDArray[np.int64]:
-    """Integer array: ordinates j of the record at which a known function of time is evaluated.
+    """Ordinates j of the record at which a known function of time is evaluated.
 
     The lowest ordinates for a slow function (`effect.low`), otherwise those near the frequencies of its lines.
     """
@@ -107,11 +102,6 @@ def signal_ordinates(effect: Deterministic, j: NDArray[np.int64], data: Data, gr
     """Cosine transform (unit U) of a known function of time over the record, at the ordinates j, shape of j.
 
     Periodic functions are exact; slow functions are computed on the coarse `grid`, others at every sample of `data`.
-
-    Raises
-    ------
-    InputError
-        A column without a description.
     """
     if effect.periodic:
         multiples = [m for m, _, _ in effect.lines]
@@ -130,10 +120,7 @@ def signal_ordinates(effect: Deterministic, j: NDArray[np.int64], data: Data, gr
 
 
 def signal_power(effect: Deterministic, data: Data, grid: Data) -> Array:
-    """Array of the power of a known function of time in each bin (sum of its squared cosine transform), shape (bins,).
-
-    `grid` is a `Data` with coarser sampling, on which slow functions are computed.
-    """
+    """Power of a known function of time in each bin (sum of its squared cosine transform), shape (bins,)."""
     j = ordinates_of(effect, data, grid)
     return _bin_sums(signal_ordinates(effect, j, data, grid) ** 2, j, data)
 
@@ -141,11 +128,9 @@ def signal_power(effect: Deterministic, data: Data, grid: Data) -> Array:
 def whitened_signal_power(
     effect: Deterministic, directions: Array, null: Solution, data: Data, grid: Data
 ) -> Array:
-    """Array, shape (bins,): sum over each bin of the power of a known function of time, relative to the noise of `null`.
+    """Sum over each bin of the power of a known function of time, relative to the noise of `null`, shape (bins,).
 
-    From a slow function, the part that the known functions of the model can fit is subtracted first. `directions` is the
-    orthonormal basis of these functions (`known_directions`). `grid` is a `Data` on which functions of time are
-    computed.
+    The part of a slow function that the basis `directions` (`known_directions`) can fit is subtracted first.
     """
     j = ordinates_of(effect, data, grid)
     values = signal_ordinates(effect, j, data, grid) / np.sqrt(null.spectrum[_bin_of(j, data)])
@@ -185,8 +170,8 @@ def best_fit(model: Model, power: Array, data: Data) -> Solution:
 def known_directions(model: Model, null: Solution, data: Data, grid: Data) -> Array:
     """Orthonormal basis, shape (ordinates, directions), of all changes that the slow known functions of a model can fit.
 
-    Each function gives its cosine transform and the changes of this transform with its shape parameters. All are divided
-    by the root of the power of `null`. Functions with held parameters are omitted. Shape (0, 0) without slow functions.
+    Each function gives its cosine transform and the changes of this transform with its shape parameters, whitened by
+    `null`. Functions with held parameters are omitted. Shape (0, 0) without slow functions.
     """
     low = [e for e in model if isinstance(e, Deterministic) and e.low and not e.held]
     if not low:
@@ -211,10 +196,7 @@ def known_directions(model: Model, null: Solution, data: Data, grid: Data) -> Ar
 
 
 def absorbed_ordinates(directions: Array, data: Data) -> Array:
-    """Array of the number of degrees of freedom that fitted slow functions of time remove from each bin, shape (bins,).
-
-    `directions` is the orthonormal basis of these functions, shape (ordinates, functions), see `known_directions`.
-    """
+    """Degrees of freedom that the basis `directions` (`known_directions`) removes from each bin, shape (bins,)."""
     j = np.arange(1, len(directions) + 1)
     return _bin_sums((directions**2).sum(axis=1), j, data)
 

@@ -35,20 +35,10 @@ def effect_labels(model: Model) -> list[str]:
 
 
 def standard_errors(model: Model, data: Data, grid: Data) -> dict[str, float]:
-    """Dict with the standard error of every free parameter at the values of the model.
+    """Dict with the standard error of every free parameter at the values of the true model.
 
-    Parameters
-    ----------
-    model : Model
-        The true model.
-    data, grid : Data
-        The planned record, and its coarse grid (`expected.blank_data`, `expected.coarse_data`).
-
-    Returns
-    -------
-    dict of str to float
-        By ``N``, ``GM.q_c``, ``GM.correlation_time``, in the unit of each parameter; infinite if the record does not
-        show it.
+    The keys are such as ``N``, ``GM.q_c``, ``GM.correlation_time``. An error is in the unit of its parameter, and infinite
+    if the record does not show it. `data` and `grid` are from `expected.blank_data` and `expected.coarse_data`.
     """
     names = effect_labels(model)
     out = _errors_of_random_part(model, names, data)
@@ -79,7 +69,7 @@ def _errors_from_information(fisher: Array) -> Array:
 
 
 def _errors_of_random_part(model: Model, names: list[str], data: Data) -> dict[str, float]:
-    """Dict from the name of each free parameter of processes and modifiers to its standard error; empty without parameters.
+    """Dict from the name of each free parameter of processes and modifiers to its standard error.
 
     Parameters with the value 0 are omitted. An error is infinite if the record does not show the parameter.
     """
@@ -117,9 +107,9 @@ def _errors_of_known_functions(
 ) -> dict[str, float]:
     """Dict from key (``SIN.frequency``) to standard error, for the parameters of known functions that are fitted together.
 
-    `effects` are pairs (label, function) with the same ordinates of the record `data`; `noise` is the noise model.
-    Omitted are held parameters, parameters without a value, and optional parameters that are 0 (except angles). The
-    error of the time of a jump comes from `shape_error`, because this time has no Fisher information.
+    `effects` are pairs (label, function) with the same ordinates of the record `data`. Omitted are held parameters, those
+    without a value, and optional ones that are 0 (except angles). The error of the time of a jump comes from `shape_error`,
+    because this time has no Fisher information.
     """
     j = ordinates_of(effects[0][1], data, grid)
     root = 1.0 / np.sqrt(density(data.terms(noise), j, data.n))

@@ -55,20 +55,9 @@ JITTER = 1e-6
 
 
 class Bets:
-    """Sequential test of a model on segments of one length: the capital of all its bets.
+    """Sequential test of a `model` with values, at `rate` Hz, on segments of one length: the capital of all its bets.
 
-    Parameters
-    ----------
-    model : Model
-        Model with values.
-    rate : float
-        Sampling rate, Hz.
-    segment : int
-        Samples of one segment.
-    tolerance : float
-        Relative deviation of the noise within which the model holds.
-    lines : bool
-        True to bet only on lines.
+    The model holds within the relative deviation `tolerance` of the noise. With `lines`, only bets on lines.
     """
 
     def __init__(
@@ -127,14 +116,10 @@ class Bets:
         self.power = np.zeros(self.weights.size)
 
     def gains(self, total: Array) -> Array:
-        """Array, shape (…, bets): logarithm of the factor by which each bet multiplies its capital after one segment.
+        """Logarithm of the factor by which each bet multiplies its capital after one segment, shape (…, bets).
 
-        The factor depends only on the shape of the spectrum. It is an e-value: its mean is 1 if the model holds.
-
-        Parameters
-        ----------
-        total : ndarray, shape (…, segment)
-            0, then the cumulative sums of the squared cosine ordinates of the normal scores of one segment.
+        It is an e-value of the shape of the spectrum alone: its mean is 1 if the model holds. `total`, shape (…, segment),
+        is 0 and then the cumulative sums of the squared cosine ordinates of the normal scores.
         """
         half = 0.5 * self._used.sum()
         cells = np.diff(total[..., self._edges - 1])
@@ -146,10 +131,7 @@ class Bets:
         return np.concatenate([self._wide_fixed - half * wide, narrow], axis=-1)
 
     def bet_on(self, samples: Array) -> None:
-        """Bet on the next segment of `samples`, shape (segment,), and update the capital and the other state in place.
-
-        A segment with a missing sample is counted but not bet on.
-        """
+        """Bet on the next segment of `samples`, shape (segment,); one with a missing sample is counted but not bet on."""
         from scipy.fft import dct
 
         self.segments += 1
@@ -178,9 +160,8 @@ class Bets:
     def _whitened(self, samples: Array) -> tuple[Array, Array]:
         """Tuple (cosine ordinates divided by their standard deviation under the model, whitened samples), all finite.
 
-        The whitened samples are the inverse transform of these ordinates, with variance 1 under the model. Ordinates near
-        the model's lines are 0. If whitened samples exceed 100 (√`MAX_SQUARE`), one constant is subtracted from all
-        samples, so that those below 100 have mean 0.
+        Ordinates near the model's lines are 0. If whitened samples exceed 100 (√`MAX_SQUARE`), one constant is subtracted
+        from all samples, so that those below 100 have mean 0.
         """
         # The compiled transform would start threads for each call, which takes longer than the transform of a segment.
         from scipy.fft import dct, idct
@@ -198,20 +179,16 @@ class Bets:
         return ordinates, white
 
     def _normal_scores(self, white: Array) -> Array:
-        """Normal scores of whitened samples, shape (n,): each sample is replaced by the normal quantile of its rank.
-
-        Equal samples are ranked at random, with the number of segments as the seed.
-        """
+        """Normal quantiles of the ranks of whitened samples, shape (n,); equal samples are ranked at random."""
         jitter = np.random.default_rng(self.segments).uniform(-JITTER, JITTER, white.size)
         scores = np.empty(white.size)
         scores[np.argsort(white + jitter)] = _rank_quantiles(white.size)
         return scores
 
     def best_bet(self) -> tuple[int, int, float, int]:
-        """Tuple (first ordinate, last ordinate + 1, measured divided by expected power, start) of the best bet.
+        """Tuple (first ordinate, last + 1, measured over expected power, start) of the bet that has gained most.
 
-        A bet is that the power in a range of ordinates has changed at some segment. The best bet has gained most. The power
-        is measured from the segment with index `start` on.
+        The power is measured from the segment with index `start` on.
         """
         top = int(np.argmax(self.best))
         low, high = self.spans[top]
@@ -219,10 +196,7 @@ class Bets:
         return int(low), int(high), float(self.power[top] / max(freedom, 1.0)), int(self.since[top])
 
     def state(self) -> dict[str, Any]:
-        """Dict for JSON with the state of the bets, which `restore` accepts.
-
-        In its list ``best`` (logarithms of gains), a bet that has not begun has None instead of −∞, which JSON lacks.
-        """
+        """Dict for JSON with the state of the bets, which `restore` accepts."""
         numbers = {name: getattr(self, name).tolist() for name in STATE_FIELDS}
         # JSON has no infinities: bets that have not begun have the logarithm None.
         numbers["best"] = [None if x == -math.inf else x for x in numbers["best"]]
@@ -230,13 +204,7 @@ class Bets:
         return {**counts, **numbers}
 
     def restore(self, state: dict[str, Any]) -> None:
-        """Set the bets, in place, to a state that `state()` returned.
-
-        Raises
-        ------
-        InputError
-            The state has another number of bets, or NaN.
-        """
+        """Set the bets to a state that `state()` returned; `InputError` for one with another number of bets, or NaN."""
         for name in STATE_FIELDS:
             saved = [-math.inf if x is None else x for x in state[name]]
             numbers = np.array(saved, dtype=np.float64)
@@ -257,10 +225,10 @@ def _rank_quantiles(n: int) -> Array:
 
 
 def _nearest_null(ratios: Array, count: Array, contrast: float) -> Array:
-    """Array like `ratios`: `ratios` clipped to an interval whose upper end is `contrast` times its lower end.
+    """`ratios` clipped to an interval whose upper end is `contrast` times its lower end.
 
-    The lower end is the best of 100 on a logarithmic grid. Best is the least Kullback-Leibler divergence from `ratios`,
-    after the best common scaling. `count` is the number of ordinates of each ratio.
+    The lower end, of 100 on a logarithmic grid, has the least Kullback-Leibler divergence from `ratios` after the best
+    common scaling. `count` is the number of ordinates of each ratio.
     """
     lows = np.geomspace(ratios.min(), max(ratios.max() / contrast, ratios.min()), 100)
     nulls = np.clip(ratios, lows[:, None], lows[:, None] * contrast)
@@ -271,10 +239,9 @@ def _nearest_null(ratios: Array, count: Array, contrast: float) -> Array:
 
 
 def _line_sums(total: Array) -> Array:
-    """Array, shape (…, bands): sum of the values in each band of `LINE_WIDTH` (4) neighboring ordinates.
+    """Sum of the values in each band of `LINE_WIDTH` (4) neighboring ordinates, `LINE_STEP` (2) apart, shape (…, bands).
 
-    The bands begin `LINE_STEP` (2) ordinates apart, the first at `FIRST_LINE_ORDINATE` (8). `total` is 0 followed by the
-    cumulative sums of the values, shape (…, segment).
+    `total` is 0 followed by the cumulative sums of the values, shape (…, segment).
     """
     first = FIRST_LINE_ORDINATE - 1
     return total[..., first + LINE_WIDTH :: LINE_STEP] - total[..., first:-LINE_WIDTH:LINE_STEP]
@@ -299,10 +266,10 @@ _NOTHING = (np.ones((0, 1)), np.zeros((0, 2)), np.zeros(0))
 def _broad_alternatives(edges: NDArray[np.int64]) -> tuple[Array, Array, Array]:
     """Tuple (power ratios, shape (k, cells); spans, shape (k, 2); shares of the capital, shape (k,)) of k alternatives.
 
-    An alternative is a spectrum that differs from that of the model. Its power ratio in a cell (half octave between two
-    `edges`) is its power divided by that of the model. There are three kinds: another level, filtered noise, and a change
-    in one octave. Each kind gets a quarter of the capital; the last quarter is for lines. The span (first ordinate, last +
-    1) of an alternative is where it differs by at least half of its largest ratio, in logarithms.
+    The power ratio in a cell (half octave between two `edges`) is the power of the alternative divided by that of the
+    model. There are three kinds: another level, filtered noise, and a change in one octave. Each kind gets a quarter of the
+    capital; the last quarter is for lines. The span (first ordinate, last + 1) is where the alternative differs by at least
+    half of its largest ratio, in logarithms.
     """
     low, high, segment = edges[:-1], edges[1:], int(edges[-1])
     middle = np.sqrt(low * (high - 1.0))

@@ -23,15 +23,7 @@ TASK_THREADS = 1
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Summaries:
-    """Summaries of many logs, and the logs that could not be read.
-
-    Attributes
-    ----------
-    summaries : dict of str to Summary
-        Summary of each log, by path.
-    failed : dict of str to str
-        Reason of each log that could not be read, by path.
-    """
+    """Summary of each log by path, and in `failed` the reason of each log that could not be read."""
 
     summaries: dict[str, Summary]
     failed: dict[str, str]
@@ -99,10 +91,7 @@ def summarize(
 
 
 def _summary_task(array: Any, rate: float | None, unit: Any, columns: Sequence[str] | None) -> Any:
-    """Dask task whose result is the `Summary` of a whole array, merged from the summaries of its chunks.
-
-    Raises `InputError` for a wrong shape, no rate, or unknown chunks.
-    """
+    """Dask task whose result is the `Summary` of a whole array, merged from the summaries of its chunks."""
     from dask import delayed
 
     if array.ndim not in (1, 2):
@@ -128,10 +117,7 @@ def _summary_task(array: Any, rate: float | None, unit: Any, columns: Sequence[s
 
 
 def _computed_tasks(tasks: list[Any], client: Any) -> list[Any]:
-    """List of the results of Dask tasks, in the order of the tasks; waits until all are computed.
-
-    Without a client, Dask's default scheduler computes them. Raises the error of a task.
-    """
+    """List of the results of Dask tasks, in their order; without a client, Dask's default scheduler computes them."""
     # Worker processes, and replacements of dead ones, start in this block.
     with safe_path():
         if client is not None:

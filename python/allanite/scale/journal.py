@@ -35,8 +35,7 @@ def _naming_errors(path: Path) -> Iterator[None]:
 def read_journal(path: Path, on_note: Callable[[str], None]) -> dict[str, Rows]:
     """Dict from the journal key of each finished log to its rows (list of dicts, one per axis); {} if there is no file.
 
-    Damaged lines are skipped; if there are any, `on_note` is called once with a line of text about them. Raises
-    `InputError` if `path` is no file or cannot be read.
+    Damaged lines are skipped; if there are any, `on_note` is called once with a line of text about them.
     """
     if not path.exists():
         return {}
@@ -63,7 +62,7 @@ def read_journal(path: Path, on_note: Callable[[str], None]) -> dict[str, Rows]:
 def _parse_line(line: bytes) -> tuple[str, Rows]:
     """Tuple (key of a log, list of its rows) from one line of a journal.
 
-    Raises `ValueError`, `TypeError`, `KeyError` or `RecursionError` for a damaged line or one of another version.
+    `ValueError`, `TypeError`, `KeyError` or `RecursionError` for a damaged line or one of another version.
     """
     value = json.loads(line)
     if value["form"] != FORMAT_VERSION or value["check"] != _checksum(value["key"], value["rows"]):

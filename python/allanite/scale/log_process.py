@@ -58,28 +58,10 @@ _is_child = False
 class Setup:
     """Settings that all logs of a run share.
 
-    Attributes
-    ----------
-    model : Model
-        Initial model.
-    rate, unit : optional
-        As of `allanite.read`.
-    anyway : bool
-        True to use logs in motion, too.
-    deadline : float
-        Time limit of a log, s.
-    memory : int
-        Memory limit of a log, bytes.
-    settings : str
-        Everything that affects a result, as JSON.
-    done : frozenset of str
-        Keys of logs whose rows are known; see `journal_key`.
-    effects : tuple of type
-        Effects that the caller registered.
-    paths : tuple of str
-        Import path of the caller.
-    main : tuple of (str, str)
-        Arguments by which `multiprocessing.spawn` imports the caller's program, if it registered effects; else empty.
+    `rate` and `unit` are those of `allanite.read`; `anyway` also uses logs in motion. `deadline`, s, and `memory`, bytes,
+    limit each log. `settings` is everything that affects a result, as JSON. `done` are the `journal_key` of logs whose rows
+    are known. `effects` are those that the caller registered, `paths` its import path. `main` are the arguments by which
+    `multiprocessing.spawn` imports the caller's program, if it registered effects.
     """
 
     model: Model
@@ -141,11 +123,10 @@ class LogProcess:
         self._lock = threading.Lock()
 
     def answer(self, path: str) -> Answer:
-        """`Answer` with the rows of a log, or with one failed row; waits for the child, which is started if needed.
+        """`Answer` with the rows of a log, or one failed row; rows are None if its key is in `Setup.done`.
 
-        The rows are None if an earlier run has finished the log: its key is in `Setup.done`. If a used child ends, a new
-        child tries the log again, because earlier logs may have damaged the used child. Raises `InputError` if the child
-        refuses the setup.
+        If a used child ends, a new child tries the log again, because earlier logs may have damaged the used child.
+        `InputError` if the child refuses the setup.
         """
         try:
             before, read_at = _file_stamp(path), time.time()
@@ -173,9 +154,9 @@ class LogProcess:
         self._end()
 
     def _rows_or_none(self, path: str) -> list[dict[str, Any]] | None:
-        """List of the rows of a log from the child; None if no child starts, or if the child ends during the log.
+        """Rows of a log from the child; None, with the reason in `_why`, if it does not start or ends.
 
-        `_why` is the reason then. If a log exceeds the deadline, the child is killed and the only row is a failed one.
+        If a log exceeds the deadline, the child is killed and the only row is a failed one.
         """
         if self._process is None and not self._start():
             return None
@@ -191,10 +172,7 @@ class LogProcess:
         return [failed_row(path, why)] if late else None
 
     def _start(self) -> bool:
-        """Start a child. Returns True if it is ready; otherwise `_why` is set to the reason.
-
-        Raises `InputError` if the child refuses the setup.
-        """
+        """Start a child; False, with the reason in `_why`, if it fails. `InputError` if it refuses the setup."""
         alone: dict[str, Any] = (
             # A new process group, so that Ctrl-C reaches only the parent.
             {"process_group": 0}
@@ -235,10 +213,9 @@ class LogProcess:
             self._process.stdin.flush()
 
     def _read_line(self, seconds: float) -> tuple[dict[str, Any] | None, bool]:
-        """Tuple (next message of the child as a dict, or None; True if the time limit passed).
+        """Tuple (next message of the child as a dict, or None; True if `seconds` passed and the child was killed).
 
-        The time limit is `seconds`; when it passes, the child is killed. The message is None if the child ended or wrote no
-        JSON.
+        The message is None if the child ended or wrote no JSON.
         """
         process = self._process
         assert process is not None
@@ -265,10 +242,7 @@ class LogProcess:
             return None, late.is_set()
 
     def _ending(self) -> str:
-        """Clause on how the child process ended, such as ``its process ended with code 1``; waits for this up to 10 s.
-
-        If it still runs, "its process closed its output". A signal has its text in `SIGNALS`, or is called a crash.
-        """
+        """Clause on how the child process ended, such as ``its process ended with code 1``; waits for this up to 10 s."""
         assert self._process is not None
         try:
             code = self._process.wait(END_SECONDS)
@@ -360,11 +334,7 @@ def _queue_messages(orders: queue.SimpleQueue[bytes]) -> None:
 def _receive_setup(
     paths: tuple[str, ...], main: tuple[tuple[str, str], ...], pickled: bytes
 ) -> Setup:
-    """Unpickle the `Setup` that the parent sent, and return it.
-
-    Side effects: extends `sys.path`, imports the caller's program and the modules that every log needs, registers the
-    caller's effects, and limits the memory of this process.
-    """
+    """Unpickle the `Setup` that the parent sent, return it, and prepare this process: imports, effects, memory limit."""
     # At the end, so that no module next to a log or a program replaces one of Python's.
     sys.path += [path for path in paths if path not in sys.path]
     if main:
@@ -404,13 +374,7 @@ def _has_changed(path: str, before: tuple[int, ...], read_at: float, content: st
 
 
 def _content_digest(path: str) -> str:
-    """SHA-256, in hexadecimal, of a file, or of all files of a folder and their names.
-
-    Raises
-    ------
-    InputError
-        A pipe or a device, which may never end.
-    """
+    """SHA-256, in hexadecimal, of a file, or of all files of a folder and their names; `InputError` for a pipe."""
     digest = hashlib.sha256()
     log = Path(path)
     files = sorted(p for p in log.rglob("*") if p.is_file()) if log.is_dir() else [log]

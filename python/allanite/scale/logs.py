@@ -50,11 +50,6 @@ def logs_of(source: str | Path | Sequence[str | Path]) -> list[Path]:
 
     `source` is a folder (with its subfolders), a glob pattern, a text file with one path per line, a single log, or a
     sequence of paths. In folders and patterns, hidden files, journals, and tables that have a journal are left out.
-
-    Raises
-    ------
-    InputError
-        There are no logs.
     """
     if isinstance(source, (str, Path)):
         path = Path(source)
@@ -75,10 +70,7 @@ def logs_of(source: str | Path | Sequence[str | Path]) -> list[Path]:
 
 
 def _logs_among(paths: Iterator[Path]) -> list[Path]:
-    """List of those `paths` that may be logs.
-
-    Hidden files, folders, journals, and tables that have a journal are left out.
-    """
+    """List of those `paths` that may be logs: no hidden files, folders, journals, or tables that have a journal."""
     # A pipe, a device or a broken link stays in the list, and gets a failed row.
     return [
         path
@@ -96,8 +88,7 @@ def _journal_of(table: Path) -> Path:
 def _logs_in_list(path: Path) -> list[Path]:
     """List of `Path`: logs that a text file names, one per line, relative to its folder; empty if the file is no list.
 
-    A list has a file among its first 100 lines and no line over 4096 characters. Raises `InputError` if the file cannot
-    be read.
+    A list has a file among its first 100 lines and no line over 4096 characters.
     """
     named: list[Path] = []
     try:
@@ -174,8 +165,8 @@ def study_columns(study: Study) -> dict[str, Any]:
     """Dict of a study's entries in a row of the fleet's table: model, verdict, discrepancy_percent, effects and numbers.
 
     ``numbers`` is a JSON text: name → [value, low, high, standard error], also of the ``mean`` of the samples. ``effects``
-    is a JSON text: kind of each added effect that is still in the model → its smallest p-value. The p-values are corrected
-    for at least 1000 trials.
+    is a JSON text: kind of each added effect that is still in the model → its smallest p-value, corrected for at least 1000
+    trials.
     """
     from scipy.special import chdtrc
 
@@ -232,46 +223,19 @@ def run_fleet(
     on_done: Callable[[int, int, str], None] | None = None,
     on_note: Callable[[str], None] | None = None,
 ) -> list[dict[str, Any]]:
-    """List of rows, one per axis of every log, each with its own model; the table is also written to `out`.
+    """List of rows (`rows_of`), one per axis of every log, each with its own model; the table is also written to `out`.
 
-    Child processes work on the logs. A log has one failed row if it cannot be read or changes meanwhile. The same holds
-    if it crashes its process, needs more memory than its limit, or takes longer than `deadline`. The other logs are not
-    affected.
+    Child processes work on the logs. A log that cannot be read, changes meanwhile, crashes its process, or exceeds its
+    memory or `deadline` has one failed row, and does not affect the others. A journal next to the table stores each
+    finished log. The next run with the same options takes these logs, recognized by content, from the journal, and works on
+    all others.
 
-    A journal next to the table stores each finished log. The next run with the same options takes these logs, recognized
-    by content, from the journal. It works on all others, including failed ones.
-
-    Parameters
-    ----------
-    source : str, Path or sequence
-        Folder, pattern, text file with one path per line, or paths.
-    out : str or Path
-        Path of the table: Parquet, or text if it ends with ``.csv``.
-    model : str or Model
-        Initial model.
-    rate, unit : optional
-        As of `allanite.read`.
-    anyway : bool
-        If true, logs that are mostly motion, or whose unit contradicts gravity, are used.
-    scheduler : str, optional
-        Address of a Dask scheduler; by default the processors of this machine are used.
-    deadline : float
-        Time limit of a log, s. Its memory limit is ``ALLANITE_MEMORY``, by default an equal share of half of the free
-        memory.
-    on_done : callable, optional
-        Called with (logs done, number of logs, path) after each log that was computed.
-    on_note : callable, optional
-        Called with a line about each unusable part of the journal; by default a warning.
-
-    Returns
-    -------
-    list of dict
-        The rows; see `rows_of`.
-
-    Raises
-    ------
-    InputError
-        No logs, no place for the table, or an option that cannot be used.
+    `source` is as of `logs_of`, `rate` and `unit` as of `allanite.read`. `out` is Parquet, or text if it ends with
+    ``.csv``. With `anyway`, logs that are mostly motion, or whose unit contradicts gravity, are used. `scheduler` is the
+    address of a Dask scheduler; by default the processors of this machine are used. The memory limit of a log is
+    ``ALLANITE_MEMORY``, by default an equal share of half of the free memory. `on_done` is called with (logs done, number
+    of logs, path) after each log that was computed. `on_note` is called with a line about each unusable part of the
+    journal; by default a warning.
     """
     if is_child():
         raise InputError(
@@ -314,9 +278,9 @@ def run_fleet(
 
 
 def logs_without_table(logs: list[Path], target: Path) -> list[Path]:
-    """Copy of the list of logs without the table `target` and its journal, which are recognized under any name (links).
+    """The logs without the table `target` and its journal, which are recognized under any name (links).
 
-    Raises `InputError` if the table would replace a log, or if no log is left.
+    `InputError` if the table would replace a log, or if no log is left.
     """
     # `Path.resolve` fails for a loop of links.
     own = {os.path.realpath(place) for place in (target, _journal_of(target))}
@@ -337,10 +301,9 @@ def child_setup(
     workers: int,
     known: dict[str, Any],
 ) -> Setup:
-    """`Setup` (settings) of the child processes that work on the logs.
+    """`Setup` (settings) of the child processes that work on the logs; `known` has the journal keys of finished logs.
 
-    The memory limit of each child is an equal share of the memory budget. If the user set ``ALLANITE_MEMORY``, that is the
-    limit of each child. `deadline` is the time limit of a log, s. `known` has the journal keys of finished logs.
+    The memory limit of each child is an equal share of the memory budget, or ``ALLANITE_MEMORY`` if the user set it.
     """
     from allanite._kernels import version
     from allanite.effects.files import as_model, model_to_dict
@@ -396,8 +359,8 @@ def _name_with_digest(declared: Any) -> str:
 def _main_program(effects: Sequence[type[Effect]]) -> tuple[tuple[str, str], ...]:
     """Tuple of (key, value) pairs with which `multiprocessing` imports the running program in another process.
 
-    Empty if none of the `effects` is declared in the running program. Raises `InputError` for an effect that is declared at
-    the prompt or in a notebook.
+    Empty if none of the `effects` is declared in the running program. `InputError` for an effect that is declared at the
+    prompt or in a notebook.
     """
     own = [effect for effect in effects if effect.__module__ == "__main__"]
     if not own:
@@ -417,10 +380,9 @@ def _main_program(effects: Sequence[type[Effect]]) -> tuple[tuple[str, str], ...
 def _answers_of(
     logs: list[str], setup: Setup, scheduler: str | None, workers: int
 ) -> Iterator[Answer]:
-    """Yields the `Answer` of each log as soon as it is known, in any order.
+    """Yields the `Answer` of each log, in any order, from Dask or from `workers` threads with a child each.
 
-    With a `scheduler` (address), Dask computes the answers. If it is None, `workers` threads with a child process each do.
-    The child processes are killed when the generator is closed. Raises the exception of a thread.
+    The child processes are killed when the generator is closed.
     """
     if scheduler is not None:
         yield from _answers_by_dask(logs, setup, scheduler)
@@ -429,10 +391,7 @@ def _answers_of(
     answers: SimpleQueue[Answer | BaseException] = SimpleQueue()
 
     def work(process: LogProcess) -> None:
-        """Put the answer of each waiting log into the queue `answers` until no log is left; then close `process`.
-
-        An exception is put into the queue as well, and ends the work.
-        """
+        """Put the answer of each waiting log, or an exception, which ends the work, into the queue `answers`."""
         try:
             while True:
                 answers.put(process.answer(waiting.popleft()))
@@ -460,7 +419,7 @@ def _answers_of(
 def _answers_by_dask(logs: list[str], setup: Setup, scheduler: str) -> Iterator[Answer]:
     """Yields the `Answer` of each log from workers of a Dask scheduler at this address, in any order.
 
-    A log whose worker is lost has a failed row. Raises `InputError` if no scheduler answers.
+    A log whose worker is lost has a failed row. `InputError` if no scheduler answers.
     """
     from dask.distributed import Client, as_completed
 

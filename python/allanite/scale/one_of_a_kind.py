@@ -29,7 +29,7 @@ def study_of_kinds(column: Recording, model: str | Model) -> Study:
 
     This saves fits of weak further lines, which change neither coefficients nor kinds of effects. All lines that one check
     suggests are added together. Excluded samples and single events are added as by `improve`, because they change the
-    coefficients. Raises the errors of `fit_model`.
+    coefficients.
     """
     fit = fit_model(column, with_given_designs(as_model(model)))
     seconds = DEFAULT_SECONDS + DEFAULT_SECONDS_PER_SAMPLE * column.n
@@ -41,10 +41,9 @@ class SearchOfKinds(Search):
     """Search that adds effects of the same kind only from one check, and keeps its steps in the order of the search."""
 
     def _check_of_last_fit(self) -> Check:
-        """`Check` of the last fit, without the suggested effects of kinds that the model already has.
+        """`Check` of the last fit, without suggested effects of kinds in the model; `self.check` keeps all suggestions.
 
-        Excluded samples and single events may be suggested again. Side effect: `self.check` is the check with all
-        suggestions.
+        Excluded samples and single events may be suggested again.
         """
         check = super()._check_of_last_fit()
         kinds = {effect.kind for effect in check.fit.model}
@@ -56,10 +55,7 @@ class SearchOfKinds(Search):
         return replace(check, suggestions=tuple(new))
 
     def _stop_reason(self, check: Check) -> str | None:
-        """Reason (text) to end the search, such as an adequate model; None to continue.
-
-        It judges `self.check`, which has all suggestions, and ignores the argument.
-        """
+        """Reason to end the search, or None; judges `self.check`, which has all suggestions, not the argument."""
         assert self.check is not None
         return super()._stop_reason(self.check)
 

@@ -48,19 +48,9 @@ CONFIDENCE, COVERED_SHARE = 0.95, 0.95
 class Population:
     """Distribution of one parameter of one axis over all units.
 
-    Attributes
-    ----------
-    column, name : str
-    units : int
-        Number of units with this parameter.
-    median, spread : float
-        Median, and robust standard deviation relative to it (absolute for a mean), without the scatter of the estimates.
-    median_interval : (float, float)
-        95 % interval of the median, from order statistics.
-    typical : (float, float)
-        Range of the middle half of the units.
-    maximum : float or None
-        Value below which 95 % of all units lie, with 95 % confidence; None with fewer than 59 units, which are too few.
+    `spread` is the robust standard deviation relative to the median (absolute for a mean), without the scatter of the
+    estimates. `median_interval` is a 95 % interval from order statistics, `typical` the range of the middle half of the
+    units. Below `maximum` lie 95 % of all units, with 95 % confidence; None with fewer than 59 units, which are too few.
     """
 
     column: str
@@ -79,17 +69,10 @@ class Population:
 
 @dataclass(frozen=True, slots=True)
 class Deviating:
-    """Unit that deviates from the population in an effect or a parameter.
+    """Unit that deviates from the population `by` an effect that most others lack, or by a parameter.
 
-    Attributes
-    ----------
-    file, column : str
-    by : str
-        Effect that most other units lack, or parameter that deviates.
-    value : float or None
-        Value of the parameter; None for an effect.
-    p_value : float
-        Probability of a deviation at least this large if the unit belongs to the population.
+    `value` is that of the parameter; None for an effect. `p_value` is the probability of a deviation at least this large if
+    the unit belongs to the population.
     """
 
     file: str
@@ -303,7 +286,7 @@ def _significant_deviations(found: list[Deviating]) -> tuple[Deviating, ...]:
     """Tuple of the significant ones in `found` at a false discovery rate of 1 % (Benjamini & Hochberg 1995).
 
     `found` has all tests of a fleet, also those that show nothing. One per axis of a unit is kept: its clearest effect if
-    any is significant, else its clearest parameter. Axes are in the order of their smallest p-value.
+    any is significant, else its clearest parameter.
     """
     found = sorted(found, key=lambda one: one.p_value)
     last = 0
@@ -365,9 +348,9 @@ def _population(
 
 
 def _upper_limit(order: Array) -> float | None:
-    """Upper tolerance limit: the smallest value in `order` that 95 % of all future units stay below, with 95 % confidence.
+    """Upper tolerance limit: value of the sorted `order` that 95 % of all units stay below, with 95 % confidence.
 
-    `order` has the sorted values of the known units. None for too few units (fewer than 59).
+    None for too few units (fewer than 59).
     """
     from scipy.special import bdtr
 
@@ -395,10 +378,7 @@ def read_table(path: Path) -> list[dict[str, Any]]:
 
 
 def _csv_rows(path: Path) -> list[dict[str, Any]]:
-    """List of the rows of a CSV table, each a dict from column name to text.
-
-    The quotes that `write_table` puts before texts are removed. Raises `ValueError` for a damaged table.
-    """
+    """List of the rows of a CSV table, each a dict from column name to text; `ValueError` for a damaged table."""
     import csv
 
     # Cells of a sensor with many effects are longer than the limit of the library.
@@ -418,7 +398,7 @@ def _csv_rows(path: Path) -> list[dict[str, Any]]:
 def _parquet_rows(path: Path) -> list[dict[str, Any]]:
     """List of dicts: rows of a Parquet table; entries other than texts and numbers, also nulls, have no key.
 
-    A child process reads them: a damaged table may crash or fill the memory. Raises `InputError` then.
+    A child process reads them: a damaged table may crash or fill the memory. `InputError` then.
     """
     rows: list[dict[str, Any]] = call_isolated(
         f"{__name__}:serve_parquet_rows",
@@ -431,10 +411,7 @@ def _parquet_rows(path: Path) -> list[dict[str, Any]]:
 
 
 def serve_parquet_rows(path: str) -> list[dict[str, Any]]:
-    """List of dicts: rows of a Parquet table; entries other than texts and numbers are omitted.
-
-    `_parquet_rows` runs this in a child process.
-    """
+    """List of dicts: rows of a Parquet table without other entries than texts and numbers; runs in a child process."""
     from pyarrow import parquet
 
     with refused_as("a Parquet table"):
@@ -445,8 +422,7 @@ def serve_parquet_rows(path: str) -> list[dict[str, Any]]:
 def _check_row(row: dict[str, Any]) -> None:
     """Raise `TypeError`, `KeyError` or `ValueError` unless a row can be one of `allanite fleet`.
 
-    File, column and status must be texts. If a row has the status ``done`` and an entry ``numbers``, all numbers in the row
-    must be finite; only those in ``numbers`` may be None.
+    Only numbers in the entry ``numbers`` may be None.
     """
     for name in ("file", "column", "status"):
         if not isinstance(row[name], str):

@@ -62,11 +62,7 @@ class ClippedPower:
         return max(seen, near + HIGH_CLIP * count / n)
 
     def update(self, white: Array) -> None:
-        """Add whitened samples to the counts and sums, in place; their squares are first limited to `MAX_SQUARE`.
-
-        The excess of a square over `LOW_CLIP` and its square are summed, both in full and limited to `HIGH_CLIP` −
-        `LOW_CLIP`: four sums. Squares of at least `HIGH_CLIP` are counted in `beyond`.
-        """
+        """Add whitened samples to the counts and sums; their squares are first limited to `MAX_SQUARE`."""
         square = np.minimum(np.abs(white), math.sqrt(MAX_SQUARE)) ** 2
         square = square[square > LOW_CLIP]
         seen, near = square - LOW_CLIP, np.minimum(square, HIGH_CLIP) - LOW_CLIP
@@ -86,24 +82,13 @@ class ClippedPower:
 
 
 def _upper_mean(total: float, squares: float, n: int) -> float:
-    """Upper bound of a mean: the mean of n values plus three standard errors.
-
-    `total` and `squares` are the sums of the values and of their squares.
-    """
+    """Mean of n values plus three standard errors, from the sums of the values and of their squares."""
     mean = total / n
     return float(mean + STANDARD_ERRORS * math.sqrt(max(squares / n - mean**2, 0.0) / n))
 
 
 class PowerBets:
-    """Bets on other levels of the total power; `gains` returns the logarithms of their e-values.
-
-    Parameters
-    ----------
-    levels : ndarray, shape (n,)
-        Total power of each alternative divided by that of the model.
-    tolerance : float
-        Relative deviation of the noise within which the model holds.
-    """
+    """Bets on other `levels` of the total power, each relative to that of the model, which holds within `tolerance`."""
 
     def __init__(self, levels: Array, tolerance: float) -> None:
         self._low, self._high = (1.0 - tolerance) ** 2, (1.0 + tolerance) ** 2
@@ -117,16 +102,11 @@ class PowerBets:
         )
 
     def gains(self, white: Array, clipped: float) -> Array:
-        """Array, shape (n,): natural logarithms of the e-values of the n `levels` (total power relative to the model).
+        """Natural logarithms of the e-values of the n `levels` from one segment of whitened samples, shape (n,).
 
-        The e-value is evidence for this level from one segment; its mean is at most 1 if the model holds. The logarithm is
-        0 for levels within the tolerance, and for low levels that clipping alone could explain.
-
-        Parameters
-        ----------
-        white : ndarray, shape (samples,)
-        clipped : float
-            Upper bound of the power that clipping at LOW_CLIP removes, from earlier samples.
+        The mean of an e-value is at most 1 if the model holds. The logarithm is 0 for levels within the tolerance, and for
+        low levels that clipping alone could explain. `clipped` is an upper bound of the power that clipping at LOW_CLIP
+        removes.
         """
         square = np.minimum(np.abs(white), math.sqrt(HIGH_CLIP)) ** 2
         low = self._low - clipped
@@ -142,7 +122,7 @@ class PowerBets:
 
 @lru_cache(maxsize=1024)
 def _kelly_fraction(level: float, low: float, high: float) -> float:
-    """Fraction λ of the capital to bet on the power `level` (Kelly criterion), for normal whitened samples w. Cached.
+    """Fraction λ of the capital to bet on the power `level` (Kelly criterion), for normal whitened samples w.
 
     λ maximizes the mean of ln(1 + λ (v/m − 1)), v being w² clipped. Under the model, the mean of w² lies between `low` and
     `high`. Above `high`, m = `high` and λ ≥ 0; below `low`, m = `low` and λ ≤ 0; between them λ is 0.

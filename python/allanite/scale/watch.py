@@ -50,18 +50,9 @@ SCHEMA = "allanite/watch-state/3"
 class Alarm:
     """Alarm of a watch: when and at which frequencies the samples contradict the model.
 
-    Attributes
-    ----------
-    time_s : float
-        Time of the alarm, from the first sample.
-    since_s : float
-        Most likely time of the change.
-    low_hz, high_hz : float
-        Frequencies at which the power differs most.
-    ratio : float
-        Measured power divided by the model's at these frequencies, since the change.
-    e_value : float
-        Evidence against the model. While the model holds, the probability that it ever reaches c is at most 1/c.
+    `time_s` counts from the first sample; `since_s` is the most likely time of the change. The power differs most from
+    `low_hz` to `high_hz`, where it is `ratio` times the model's since the change. While the model holds, the probability
+    that the `e_value` ever reaches c is at most 1/c.
     """
 
     time_s: float
@@ -247,10 +238,7 @@ class Watch:
             self._angle = np.nan
 
     def _alarm_of_best_bet(self) -> Alarm:
-        """`Alarm` at the end of the last tested segment; start, frequencies and ratio are those of the best bet.
-
-        The best bet is taken from the bets on short or on long segments, whichever have the larger total capital.
-        """
+        """`Alarm` at the end of the last tested segment, from the best bet of the larger capital."""
         bets = self._bets[int(np.argmax(self._capitals()))]
         low, high, ratio, since = bets.best_bet()
         hz, seconds = self.rate / (2.0 * bets.segment), bets.segment / self.rate
@@ -326,10 +314,9 @@ class Watch:
                 self._segment = StreamSegment.empty(self.taken, 1, 0, self.rate, (self.unit,))
 
     def _restore_state(self, state: dict[str, Any]) -> None:
-        """Set the watch to the parsed state of a file.
+        """Set the watch to the parsed state of a file; `InputError` for one of another model or rate.
 
-        Raises `InputError` for a state of another model or rate. Raises `InputError` or an exception such as `KeyError` for
-        a damaged state.
+        For a damaged state, `InputError` or an exception such as `KeyError`.
         """
         if state["schema"] != SCHEMA:
             raise InputError(f"{state['schema']}, and this is {SCHEMA}: use another state file")

@@ -47,29 +47,13 @@ def documents_of(
     rate: float | None = None,
     record_length: float | None = None,
 ) -> list[dict[str, Any]]:
-    """List of model documents (dicts) of a source, one for each axis.
+    """List of model documents (dicts), ``allanite/fit/1`` or ``allanite/model/1``, of a source, one for each axis.
 
-    Parameters
-    ----------
-    source : Model, Fit, Study, Characterization, mapping, str or Path
-        A model; a result, or its JSON record; a model string, whose values may have units; or a file. Files are a model
-        file of allanite (JSON), a data sheet (TOML, JSON), a YAML file of Kalibr or imu_utils, a MATLAB script with
-        gyroparams, a loadparams JSON file, and a table of Allan deviations.
-    unit : str, optional
-        Unit of the samples, for sources that do not state it.
-    rate, record_length : float, optional
-        Sampling rate in Hz and length in s of the record behind another tool's result.
-
-    Returns
-    -------
-    list of dict
-        ``allanite/fit/1`` or ``allanite/model/1``. ``"assumptions"`` is present if assumptions were made.
-
-    Raises
-    ------
-    InputError
-        The file does not exist or is of an unknown kind, or a value is missing. The message is one line with the
-        remedy.
+    `source` is a model; a result, or its JSON record; a model string, whose values may have units; or a file. Files are a
+    model file of allanite (JSON), a data sheet (TOML, JSON), a YAML file of Kalibr or imu_utils, a MATLAB script with
+    gyroparams, a loadparams JSON file, and a table of Allan deviations. `unit` is that of the samples, for sources that do
+    not state it. `rate`, Hz, and `record_length`, s, are those of the record behind another tool's result. A document has
+    ``"assumptions"`` if any were made.
     """
     if isinstance(source, Effect):
         source = Model((source,))
@@ -97,10 +81,7 @@ def documents_of(
 def _documents_of_file(
     path: Path, unit: str | None, rate: float | None, record_length: float | None
 ) -> list[dict[str, Any]]:
-    """List of model documents (dicts) in a file.
-
-    The suffix selects the reader; unknown suffixes are read as JSON. Raises `InputError` as each reader does.
-    """
+    """List of model documents (dicts) in a file; unknown suffixes are read as JSON."""
     suffix = path.suffix.lower()
     if suffix == ".toml":
         from allanite.sources.datasheet import documents_of_sheet, read_datasheet
@@ -122,10 +103,7 @@ def _documents_of_file(
 
 
 def _documents_of_json_file(path: Path) -> list[dict[str, Any]]:
-    """List of model documents (dicts) in a JSON file: model file of allanite, data sheet, or loadparams file of MATLAB.
-
-    The keys show which of the three formats the file has. Raises `InputError` for another format.
-    """
+    """List of model documents (dicts) in a JSON file: model file of allanite, data sheet, or loadparams file of MATLAB."""
     from allanite.sources.datasheet import TABLES, datasheet_of, documents_of_sheet
     from allanite.sources.matlab_parameters import documents_of_parts, sensor_parts
 
@@ -139,10 +117,7 @@ def _documents_of_json_file(path: Path) -> list[dict[str, Any]]:
 
 
 def _documents_of_record(tree: object) -> list[dict[str, Any]]:
-    """List of model documents (dicts) in a parsed JSON record that allanite wrote, one per column.
-
-    Raises `InputError` if the record is not one of allanite.
-    """
+    """List of model documents (dicts), one per column, in a parsed JSON record that allanite wrote."""
     if not isinstance(tree, Mapping) or not str(tree.get("schema")).startswith("allanite/"):
         raise InputError("not a model file of allanite: it has no allanite schema")
     documents = tree.get("columns", [tree])
@@ -161,7 +136,7 @@ def _documents_of_record(tree: object) -> list[dict[str, Any]]:
 
 
 def _with_extras(document: Mapping[str, Any], tree: Mapping[str, Any]) -> dict[str, Any]:
-    """Dict: copy of the model document of one column, with the extras that the characterization `tree` has for the column.
+    """Copy of the model document of one column, with the extras that the characterization `tree` has for the column.
 
     The extras are ``working`` (noise at work), ``turn_on`` (bias at switch-on) and ``samples`` (their statistics).
     """
@@ -176,10 +151,7 @@ def _with_extras(document: Mapping[str, Any], tree: Mapping[str, Any]) -> dict[s
 
 
 def _check_recording(document: Mapping[str, Any]) -> None:
-    """Raise `InputError` if a document states a unit that is no text, or a rate that is no positive number.
-
-    Either may be missing.
-    """
+    """Raise `InputError` if a document states a unit that is no text, or a rate that is no positive number."""
     recording = document.get("recording") or {}
     unit, rate = recording.get("unit"), recording.get("rate_hz")
     if unit is not None and not isinstance(unit, str):
@@ -191,10 +163,7 @@ def _check_recording(document: Mapping[str, Any]) -> None:
 
 
 def document_of_last_step(document: Mapping[str, Any]) -> Mapping[str, Any]:
-    """Document (mapping) of the last model of a stepwise model building, with the recording of the whole document.
-
-    Documents without steps are returned unchanged.
-    """
+    """Document of the last model of a stepwise model building, with the recording of the whole document."""
     ladder = document.get("ladder")
     if not ladder:
         return document

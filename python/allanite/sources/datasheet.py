@@ -59,10 +59,7 @@ FREQUENCY_FIGURES = ("bandwidth", "sample_rate")
 
 
 def known_figures() -> dict[str, tuple[str, float | str]]:
-    """Dict: name of a figure → (coefficient or `MINIMUM`, power of seconds in its unit U·s^power or the unit as text).
-
-    Figures come from the parameters of the catalog's effects, and from `CURVE_FIGURES`.
-    """
+    """Dict: name of a figure → (coefficient or `MINIMUM`, power of seconds in its unit U·s^power or the unit as text)."""
     ours = {
         figure: (p.name if p.name == e.short else f"{e.short}.{p.name}", p.unit)
         for e in CATALOG
@@ -242,12 +239,9 @@ def read_datasheet(path: str | Path) -> DataSheet:
 
 
 def datasheet_of(parsed: object, name: str) -> DataSheet:
-    """`DataSheet` from a parsed TOML or JSON document. `name` is used if the document states no name.
+    """`DataSheet` from a parsed TOML or JSON document; `name` is used if the document states no name.
 
-    Raises
-    ------
-    InputError
-        There is no figure, an unknown figure, or a figure in the table of another kind of sensor.
+    `InputError` without a figure, for an unknown one, and for one in the table of another kind of sensor.
     """
     tables = parsed if isinstance(parsed, dict) else {}
     given = {t: tables[t] for t in TABLES if isinstance(tables.get(t), Mapping) and tables[t]}
@@ -282,8 +276,7 @@ def datasheet_of(parsed: object, name: str) -> DataSheet:
 def _quoted_figure(name: str, given: object) -> Quoted:
     """`Quoted` from the name and the value of a figure: a text such as "18 deg/h", or a mapping with value and unit.
 
-    "one-sided" is appended to the unit of a noise density, unless it says one-sided or two-sided. Raises `InputError`
-    for an unknown name, a value that is not positive, or a missing or unknown unit.
+    "one-sided" is appended to the unit of a noise density, unless it says one-sided or two-sided.
     """
     key = name.strip().lower().replace(" ", "_").replace("-", "_")
     key = _names_by_spelling().get(key, key)
@@ -318,21 +311,8 @@ def _quoted_figure(name: str, given: object) -> Quoted:
 def documents_of_sheet(sheet: DataSheet, source: str) -> list[dict[str, Any]]:
     """List of model documents (dicts) of a data sheet, one for each kind of sensor, with the assumptions.
 
-    Parameters
-    ----------
-    sheet : DataSheet
-    source : str
-        Name of the file, for messages.
-
-    Returns
-    -------
-    list of dict
-        ``allanite/fit/1`` without intervals, in units of rad/s, m/s^2 or 1; ``"assumptions"`` is a list of sentences.
-
-    Raises
-    ------
-    InputError
-        A sensor has neither a noise density nor an angle or velocity random walk.
+    They have no intervals, and units of rad/s, m/s^2 or 1. `source` is the name of the file, for messages. `InputError` if
+    a sensor has neither a noise density nor an angle or velocity random walk.
     """
     return [
         _sheet_document(sheet.of_kind(kind), kind, source)
@@ -341,10 +321,7 @@ def documents_of_sheet(sheet: DataSheet, source: str) -> list[dict[str, Any]]:
 
 
 def _sheet_document(sheet: DataSheet, kind: str, source: str) -> dict[str, Any]:
-    """Dict: model document of one kind of sensor. If two figures state the same coefficient, the larger is used.
-
-    Raises `InputError` without a figure for N.
-    """
+    """Model document of one kind of sensor; if two figures state the same coefficient, the larger is used."""
     unit = SI_OF_KIND[kind]
     table = next(t for t, k in TABLES.items() if k == kind)
     by_coefficient: dict[str, Quoted] = {}
@@ -391,9 +368,8 @@ def _sheet_document(sheet: DataSheet, kind: str, source: str) -> dict[str, Any]:
 def _assumption_on_walk(values: Mapping[str, float], unit: str) -> str:
     """Sentence on the rate random walk K that the sheet does not state: the largest K that agrees with B.
 
-    The Allan deviation of N and K alone has its minimum at tau = sqrt(3) N/K; the square of this minimum is
-    2 N K/sqrt(3). A measured minimum s therefore allows K up to sqrt(3) s^2/(2 N). This largest K is reached if no
-    other noise contributes to the minimum. If the sheet has no B, the sentence says that the slow noise is a guess.
+    The Allan deviation of N and K alone has its minimum at tau = sqrt(3) N/K; the square of this minimum is 2 N K/sqrt(3).
+    A measured minimum s therefore allows K up to sqrt(3) s^2/(2 N), reached if no other noise contributes to the minimum.
     """
     if "B" not in values:
         return "the sheet states neither a bias instability nor a rate random walk: the slow noise in this file is a guess"

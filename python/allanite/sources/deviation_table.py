@@ -35,8 +35,8 @@ def is_deviation_table(path: Path) -> bool:
     """True if a text file is a table of Allan deviations over averaging times; False also if it cannot be read as numbers.
 
     The table must have 5 rows or more, growing times, and only positive values. A header must have ``tau`` or
-    ``averaging…`` in the first column. Without a header, each column must fall from its first value by a third or more.
-    Neighboring values in a table without a header must differ by less than 30 % in the median.
+    ``averaging…`` in the first column. Without a header, each column must fall from its first value by a third or more, and
+    neighboring values must differ by less than 30 % in the median.
     """
     try:
         header, tau, values = _header_and_columns(text.first_rows_of(path)[0])
@@ -58,22 +58,9 @@ def documents_of_table(
 ) -> list[dict[str, Any]]:
     """List of model documents (dicts), one per column of a table of deviations: fitted Q, N, B, K with 95 % intervals.
 
-    Parameters
-    ----------
-    path : Path
-        First column τ in s, then one or more overlapping Allan deviations.
-    unit : str or None
-        Unit of the samples behind the deviations: one for all columns, or one for each, separated by commas.
-    rate : float or None
-        Sampling rate of the record, Hz. By default, the reciprocal of the first τ.
-    record_length : float or None
-        Length of the record in s. The uncertainty of each point depends on it.
-
-    Raises
-    ------
-    InputError
-        The file is not a table, the unit or the record length is missing, or the record is shorter than twice the
-        longest τ.
+    The first column is τ in s, the others are overlapping Allan deviations. `unit` is that of the samples: one for all
+    columns, or one for each, separated by commas. `rate`, Hz, is by default the reciprocal of the first τ. The uncertainty
+    of each point depends on `record_length`, s, which must be at least twice the longest τ.
     """
     names, tau, deviations = _read_table(path)
     if not _can_be_deviations(tau, deviations):
@@ -118,10 +105,7 @@ def documents_of_table(
 
 
 def curves_of_table(path: Path, unit: str | None) -> list[tuple[str, str, Array, Array]]:
-    """List of (name, unit, averaging times in s, deviations), one per column of a table of deviations.
-
-    Raises `InputError` if the file is not a table or the unit is missing.
-    """
+    """List of (name, unit, averaging times in s, deviations), one per column of a table of deviations."""
     with about(path):
         names, tau, deviations = _read_table(path)
         columns = zip(names, _column_units(unit, names), deviations.T, strict=True)
@@ -131,7 +115,7 @@ def curves_of_table(path: Path, unit: str | None) -> list[tuple[str, str, Array,
 def _fitted_factors(tau: Array, rate: float) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Tuple (averaging factors to fit, about eight per decade; row in the table of each) for a table with the times `tau`.
 
-    Raises `InputError` unless each τ is within 5 % of a multiple of the sampling interval.
+    `InputError` unless each τ is within 5 % of a multiple of the sampling interval.
     """
     m = np.round(tau * rate).astype(np.int64)
     if m[0] < 1 or np.abs(m / (tau * rate) - 1.0).max() > 0.05:
@@ -150,8 +134,7 @@ def _column_units(unit: str | None, names: list[str]) -> list[str]:
     """List of unit names, one for each column in `names`, from the comma-separated text `unit`.
 
     The text has one unit for all columns, one per column, or one per kind of sensor. The kind of a column (angular rate,
-    acceleration or frequency) follows from its name. Raises `InputError` for None, for an unknown unit, and if a column
-    gets no unit.
+    acceleration or frequency) follows from its name.
     """
     if unit is None:
         raise InputError(
@@ -176,11 +159,7 @@ def _column_units(unit: str | None, names: list[str]) -> list[str]:
 
 
 def _read_table(path: Path) -> tuple[list[str], Array, Array]:
-    """Tuple (name of each column of deviations, first column τ, deviations of shape (rows, columns)) of a table.
-
-    Without a header, the names are ``deviation 1``, …. Raises `InputError` if the file is no text, a row has other cells
-    than numbers, or there are fewer than two columns or five rows.
-    """
+    """Tuple (name of each column of deviations, first column τ, deviations of shape (rows, columns)) of a table."""
     header, tau, deviations = _header_and_columns(read_table(path, text.all_numbers))
     return header[1:] or [f"deviation {i + 1}" for i in range(deviations.shape[1])], tau, deviations
 
@@ -188,7 +167,7 @@ def _read_table(path: Path) -> tuple[list[str], Array, Array]:
 def _header_and_columns(table: Table) -> tuple[list[str], Array, Array]:
     """Tuple (header, first column of numbers, all further ones as array of shape (rows, columns)) of a table.
 
-    The header is empty if the table has none. Raises `InputError` for fewer than two columns of numbers or five rows.
+    The header is empty if the table has none.
     """
     columns = text.all_numbers(table)
     if table.n < MIN_ROWS or len(columns) < 2:

@@ -22,24 +22,11 @@ def model_document(
     assumptions: Sequence[str] = (),
     intervals: Mapping[str, tuple[float, float]] | None = None,
 ) -> dict[str, Any]:
-    """Dict: model document (``allanite/fit/1``) of one axis with its coefficients Q, N, B, K, R; other names are ignored.
+    """Model document (``allanite/fit/1``) of one axis with its coefficients Q, N, B, K, R; other names are ignored.
 
-    Parameters
-    ----------
-    axis : str
-        Name of the axis or sensor.
-    unit : str
-        Unit of the samples.
-    values : mapping of str to float
-        Q, N, B, K, R in their canonical units for samples in `unit`.
-    source : str
-        File or text of the values.
-    rate : float, optional
-        Sampling rate in Hz. A value that is not a positive number means unknown.
-    assumptions : sequence of str
-        Sentences that exported filter files repeat.
-    intervals : mapping of str to (float, float), optional
-        95 % intervals; a lower end of 0 means not detected.
+    `values` are in their canonical units for samples in `unit`; `source` is the file or text of the values. A `rate`, Hz,
+    that is not a positive number means unknown. `assumptions` are sentences that exported filter files repeat. `intervals`
+    are those of 95 %; a lower end of 0 means not detected.
     """
     effects = []
     for effect in CATALOG:

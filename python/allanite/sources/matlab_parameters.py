@@ -25,13 +25,8 @@ _NUMBERS = r"\[[^\]]*\]|[-+.\deE]+"
 def documents_of_script(text: str, source: str) -> list[dict[str, Any]]:
     """List of model documents (dicts) from the text of a MATLAB script, one per axis.
 
-    The script has name-value pairs in gyroparams(…) or accelparams(…), or assignments such as
-    ``imu.Gyroscope.NoiseDensity = …``.
-
-    Raises
-    ------
-    InputError
-        The script has no noise density, or a value is not a list of numbers.
+    The script has name-value pairs in gyroparams(…) or accelparams(…), or assignments such as ``imu.Gyroscope.NoiseDensity
+    = …``.
     """
     text = re.sub(r"%.*", "", text).replace("...", " ")
     rate = re.search(r"SampleRate['\"]?\s*[,=]\s*([\d.eE+-]+)", text)
@@ -64,10 +59,7 @@ def sensor_parts(tree: Mapping[str, Any]) -> list[Mapping[str, Any]]:
 
 
 def documents_of_parts(parts: Sequence[Mapping[str, Any]], source: str) -> list[dict[str, Any]]:
-    """List of model documents (dicts) from the `sensor_parts` of a loadparams file, one per axis of each sensor.
-
-    Raises `InputError` for more than one part (sensor product).
-    """
+    """List of model documents (dicts) from the only one of the `sensor_parts` of a loadparams file, one per axis."""
     if len(parts) > 1:
         raise InputError(
             f"contains {len(parts)} parts, but only one can be used: delete the others"
@@ -89,8 +81,7 @@ def _axis_documents(
 ) -> list[dict[str, Any]]:
     """List of model documents (dicts): three named x, y, z if any field has three numbers, else one for the sensor.
 
-    A field with one number applies to all axes. NoiseDensity is divided by √2 unless NoiseType is double-sided. Raises
-    `InputError` without a noise density above 0.
+    A field with one number applies to all axes. NoiseDensity is divided by √2 unless NoiseType is double-sided.
     """
     numbers = {
         letter: _one_or_three_numbers(given[key], key) for key, letter in FIELDS if key in given

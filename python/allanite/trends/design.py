@@ -28,18 +28,8 @@ _DECIMAL = re.compile(r"(?:19|20|21)\d\d(?:\.\d*)?")
 class Functions:
     """Known functions of time of a trend: offset, rate, steps, then cosine and sine of each period.
 
-    Attributes
-    ----------
-    middle : float
-        Time to which the offset refers, s.
-    per : float
-        Unit of time for the rate, in s.
-    steps : tuple of float
-        Times of the steps, s.
-    periods : tuple of float
-        Periods, s.
-    origin : float
-        Time at which the periodic terms have phase 0, s.
+    The offset refers to the time `middle`, s; the rate is per `per` seconds. The periodic terms have phase 0 at `origin`,
+    s.
     """
 
     middle: float
@@ -65,21 +55,10 @@ class Functions:
 
 
 def seconds_of(text: str, epoch: float | None) -> float:
-    """Seconds since the first sample of a date or a time span, given as text.
+    """Seconds since the first sample of a date or a time span, given as text; dates without a time zone are in UTC.
 
-    Dates without a time zone are in UTC.
-
-    Parameters
-    ----------
-    text : str
-        Such as ``2012-03-04``, ``2012.17``, ``120d``, ``3.5yr`` or ``86400s``.
-    epoch : float or None
-        Time of the first sample, s since 1970, if the log has dates.
-
-    Raises
-    ------
-    InputError
-        The text is not a time, or it is a date and the log has no dates.
+    `text` is such as ``2012-03-04``, ``2012.17``, ``120d``, ``3.5yr`` or ``86400s``. `epoch` is the time of the first
+    sample, s since 1970, if the log has dates.
     """
     text = text.strip()
     span = _SPAN.fullmatch(text)

@@ -26,9 +26,8 @@ COARSE_DISTANCE = 8
 def significant_step(series: StampedSeries, noise: StampedNoise) -> float | None:
     """Time, s, of the first sample after the most significant step; None if no step is significant.
 
-    A step at each time is fitted together with the known functions of `series`, with the noise model `noise`. Every eighth
-    sample is tried first, then all samples around the best one. The false-alarm probability is 1 % for the whole series
-    (Bonferroni).
+    A step at each time is fitted together with the known functions of `series`. Every eighth sample is tried first, then
+    all samples around the best one. The false-alarm probability is 1 % for the whole series (Bonferroni).
     """
     from scipy.special import chdtrc
 
@@ -41,10 +40,7 @@ def significant_step(series: StampedSeries, noise: StampedNoise) -> float | None
     values = values - basis @ (basis.T @ values)
 
     def squares(rows: NDArray[np.int64]) -> Array:
-        """Array, shape of `rows`: square of (height / standard error) of a step that begins at each of these samples.
-
-        0 for a step that is a sum of the known functions.
-        """
+        """Square of (height / standard error) of a step that begins at each of these samples; 0 if it is not separable."""
         out = np.zeros(rows.size)
         for first in range(0, rows.size, STEPS_PER_BLOCK):
             stop_if_unwanted()

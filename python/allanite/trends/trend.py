@@ -56,18 +56,9 @@ LENGTH_MULTIPLES = (1.0, 2.0, 4.0)
 
 @dataclass(frozen=True)
 class Step:
-    """Step of a series, with its time and fitted height.
+    """Step of a series at `time` (s from the first sample), with its fitted height.
 
-    Attributes
-    ----------
-    time : float
-        Time from the first sample, s.
-    date : str
-        Date, or days from the first sample.
-    height : Estimate
-        Height of the step.
-    found : bool
-        True if the step was found by the search, False if it was given.
+    `date` is a date, or days from the first sample. `found` is True if the search found the step, False if it was given.
     """
 
     time: float
@@ -78,15 +69,7 @@ class Step:
 
 @dataclass(frozen=True)
 class Wave:
-    """Periodic term of a trend: cosine · cos(2πt/period) + sine · sin(2πt/period), where t is the time from `Trend.origin`.
-
-    Attributes
-    ----------
-    period : float
-        Period, s.
-    cosine, sine : Estimate
-    amplitude : Estimate
-    """
+    """Periodic term: cosine · cos(2πt/period) + sine · sin(2πt/period), where t, s, is the time from `Trend.origin`."""
 
     period: float
     cosine: Estimate
@@ -391,10 +374,7 @@ def trend_columns(recording: Recording, **options: Unpack[TrendOptions]) -> Tren
 
 
 def _candidates(model: str | None) -> tuple[Candidate, ...]:
-    """Tuple of noise models to compare: all eight if `model` is None, else the one with this name.
-
-    The order of the parts of the name is free. Raises `InputError` for an unknown name.
-    """
+    """Noise models to compare: all eight if `model` is None, else the one with these parts in any order."""
     white, flicker, walk, free = parse_model("N+B+K+PL").stochastic
     range_ = (-1.99, -0.01)
     known = (
@@ -431,7 +411,6 @@ def _trend_of_column(
     """`Trend` of one column; `report` is called with the number of noise models fitted so far and the number of all.
 
     With `find_steps`, up to 50 significant steps are added one by one; after each, all noise models are fitted again.
-    Raises `TooShortError` for too few samples, and `InputError` if all samples are equal or a step is unsuitable.
     """
     times, values = _finite_samples(column)
     functions = _known_functions(column, times, per, steps, periods)
@@ -484,9 +463,9 @@ def _trend_of_column(
 
 
 def _finite_samples(column: Recording) -> tuple[Array, Array]:
-    """Tuple (times in s since the first row, values) of the samples that are not missing, at least 16.
+    """Tuple (times in s since the first row, values) of the samples that are not missing.
 
-    Raises `TooShortError` for fewer samples, and `InputError` if all are equal.
+    `TooShortError` for fewer than 16, and `InputError` if all are equal.
     """
     name, samples = column.columns[0], np.asarray(column.samples, dtype=np.float64)
     there = np.isfinite(samples)
@@ -514,8 +493,7 @@ def _known_functions(
     """`Functions` of a trend for samples at `times` (s): offset, rate per unit of time `per`, steps, and periodic terms.
 
     `steps` are times in s or texts such as dates. If `periods` (s) is None, a year and half a year are used, or none for a
-    record shorter than a year. Raises `TooShortError` for fewer than 16 samples in addition to one per function. Raises
-    `InputError` for a text that is no time, a step without samples on both sides, or two steps between the same samples.
+    record shorter than a year. `TooShortError` for fewer than 16 samples in addition to one per function.
     """
     if periods is None:
         periods = PERIODS if times[-1] - times[0] >= YEAR * MIN_YEARS else ()
@@ -539,10 +517,7 @@ def _known_functions(
 def _amplitude_estimates(
     best: FittedNoise, functions: Functions, unit: str, per: str
 ) -> list[Estimate]:
-    """List of `Estimate`, the amplitude of each known function with its 95 % interval (Student's t).
-
-    The order is that of `Functions.names`. The unit is `unit`, that of the rate ``unit/per``.
-    """
+    """List of `Estimate`, the amplitude of each of `Functions.names` with its 95 % interval (Student's t)."""
     from scipy.special import stdtrit
 
     errors, freedom = amplitude_errors(best)
@@ -565,11 +540,10 @@ def _amplitude_estimates(
 def _given_step_times(
     steps: Sequence[float | str], epoch: float | None, times: Array, name: str
 ) -> tuple[float, ...]:
-    """Tuple of the times of the given steps, s since the first row, ascending.
+    """Tuple of the times of the given steps, s since the first row, ascending; `name` is that of the column, for messages.
 
-    `steps` are such times, or texts (date or time span). `epoch` is the time of the first row, s since 1970, which dates
-    need. Raises `InputError` for a text that is no time, for a step outside the samples, and for two steps between the same
-    samples. Its message names the column `name`.
+    `steps` are such times, or texts (date or time span). Dates need `epoch`, the time of the first row, s since 1970.
+    `InputError` for a step outside the samples, and for two steps between the same samples.
     """
     out = sorted(seconds_of(s, epoch) if isinstance(s, str) else float(s) for s in steps)
     rows = np.searchsorted(times, out)
@@ -592,7 +566,7 @@ def _fits_of_candidates(
 ) -> list[FittedNoise]:
     """List of the fits of all noise candidates, highest evidence first. Larger models start from fits of smaller ones.
 
-    `rate` is the sampling rate, Hz. `report` is called with (fits done, all fits) before each fit and at the end.
+    `report` is called with (fits done, all fits) before each fit and at the end.
     """
     fits: list[FittedNoise] = []
     for candidate in candidates:
@@ -611,10 +585,7 @@ def _fits_of_candidates(
 
 
 def _wave_amplitude(regressed: Regressed, at: int, unit: str) -> Estimate:
-    """`Estimate`: amplitude of the periodic term whose cosine and sine are the functions `at` and `at` + 1.
-
-    `detected` is True if cosine and sine differ from 0 at 95 % (χ²₂).
-    """
+    """`Estimate`: amplitude of the periodic term whose cosine and sine are the functions `at` and `at` + 1."""
     pair, covariance = (
         regressed.amplitudes[at : at + 2],
         regressed.covariance[at : at + 2, at : at + 2],
@@ -631,7 +602,7 @@ def _noise_parts(model: Model, rate: float, unit: str) -> tuple[tuple[str, float
     """Tuple of (name, size, unit), one per noise process of the model, in the convention of geodesy.
 
     The size is that of the white noise which, filtered, gives the process. The unit is U for white noise, and U/yr^(−κ/4)
-    for a power law whose spectrum is f^κ. U is the unit of the series, `rate` the sampling rate in Hz.
+    for a power law whose spectrum is f^κ.
     """
     names = {0.0: "white", -1.0: "flicker", -2.0: "random walk"}
     out = []
@@ -653,8 +624,7 @@ def _predicted_error(
 ) -> float:
     """Predicted standard error of the rate for a record that is `times` times as long, under the noise of `best`.
 
-    The times of the samples are repeated; there are no steps after the end of the original record. The uncertainty of the
-    noise is left out.
+    The times of the samples are repeated, without further steps. The uncertainty of the noise is left out.
     """
     whole = int(np.ceil(times))
     step = float(np.median(np.diff(series.times)))
