@@ -1,7 +1,6 @@
 """Local page of `allanite explore`: the steps of measuring, fitting and improving in a browser.
 
-Input: requests of the browser with a token. Output: figures, tables and files as data. Add what the browser can
-request in `orders.py` and `tab.py`, and what it displays in `shown/` and `static/`.
+Add what the browser can request in `orders.py` and `tab.py`, and what it displays in `shown/` and `static/`.
 """
 
 from __future__ import annotations
@@ -22,13 +21,7 @@ __all__ = ["explore", "open_page"]
 
 
 def open_page(sources: Sequence[Source]) -> Page:
-    """`Page` (a local web server, not yet running) for some logs; its methods `serve` and `start` run it.
-
-    Raises
-    ------
-    InputError
-        A library of the page is not installed.
-    """
+    """`Page` (a local web server, not yet running) for some logs; raises `InputError` if a library is not installed."""
     try:
         import plotly  # noqa: F401
         import starlette  # noqa: F401

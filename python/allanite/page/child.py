@@ -37,32 +37,16 @@ def read_in_child(
     units: Mapping[str, str],
     watch: Callable[[], None] | None = None,
 ) -> Recording:
-    """`Recording` of a log, read in a child process.
+    """`Recording` of a log, read in a child process; `units` maps single columns to their units.
 
-    Parameters
-    ----------
-    path : Path
-        The log.
-    options : ReadOptions
-    units : mapping of str to str
-        Units of single columns, by name.
-    watch : callable, optional
-        Called every 20 ms; an exception that it raises ends the reading.
-
-    Raises
-    ------
-    InputError
-        The log cannot be used, or its reader crashed or reached a limit.
+    `watch` is called every 20 ms; an exception that it raises ends the reading. Raises `InputError` if the log cannot
+    be used, or its reader crashed or reached a limit.
     """
     return _recording_of_fields(_call_in_child("read_log", path, options, watch, units=dict(units)))
 
 
 def inspect_in_child(path: Path, options: ReadOptions) -> dict[str, Any]:
-    """Dict of `Inspection.to_dict` for a log, read in a child process: its columns with units and rate, and findings.
-
-    Each column has under ``spark`` the values of a small curve of its samples. Raises `InputError` if the log cannot be
-    used, or if the child process crashes or reaches a limit of time or memory.
-    """
+    """Dict of `inspect_log`, called in a child process; the errors are those of `read_in_child`."""
     found: dict[str, Any] = _call_in_child("inspect_log", path, options, None)
     return found
 
@@ -74,12 +58,7 @@ def _call_in_child(
     watch: Callable[[], None] | None,
     **more: Any,
 ) -> Any:
-    """Return value of ``function(path, options, **more)``, a function of this module that is called in a child process.
-
-    The function gets the options as a dict.
-    `watch`, if given, is called every 20 ms; an exception that it raises ends the call. Raises `InputError` if the log
-    cannot be used, or if the child process crashes or reaches a limit of time or memory.
-    """
+    """Return value of ``function(path, options, **more)`` , called in a child process with the options as a dict."""
     try:
         seconds = SECONDS + SECONDS_PER_BYTE * path.stat().st_size
     except OSError:
@@ -95,11 +74,7 @@ def _call_in_child(
 
 
 def read_log(path: str, options: dict[str, Any], units: dict[str, str]) -> dict[str, Any]:
-    """Dict of the fields of the `Recording` of a log, from which `_recording_of_fields` makes the recording again.
-
-    Runs in the child process; objects in the fields become dicts. Samples are converted to `units` (dict from column to
-    unit). The options are arguments of `allanite.read`.
-    """
+    """Fields of the `Recording` of a log, with samples in `units`, and objects as dicts; runs in the child process."""
     from allanite.readers import read
 
     recording = read(Path(path), **options)
@@ -157,8 +132,8 @@ def _lists_as_tuples(value: Any) -> Any:
 def inspect_log(path: str, options: dict[str, Any]) -> dict[str, Any]:
     """Dict of `Inspection.to_dict` for a log; runs in the child process.
 
-    Each column has the key ``spark``, the data of a small curve (`_sparkline`), unless the columns cannot be read.
-    Messages of findings name the controls of the page.
+    Each column has under ``spark`` the data of a small curve, unless the columns cannot be read. Messages of findings
+    name the controls of the page.
     """
     from allanite.page.words import WORDS
     from allanite.readers import read_table
@@ -181,9 +156,9 @@ def inspect_log(path: str, options: dict[str, Any]) -> dict[str, Any]:
 
 
 def _sparkline(table: Table, at: int) -> list[list[float | None]] | None:
-    """List of [minimum, maximum] for each of up to 60 equal segments of the column at index `at`, scaled to 0 … 1.
+    """[minimum, maximum] of each of up to 60 equal segments of a column, scaled to 0 … 1; None if it has no numbers.
 
-    Both are None for a segment without finite values. None instead of the list if the column has no numbers.
+    Both are None for a segment without finite values.
     """
     if table.columns[at] is None:
         return None

@@ -30,20 +30,16 @@ def chosen_units(sample_unit: str, chosen: str | None) -> dict[str, str]:
 
 
 def deviation_unit(sample_unit: str, chosen: str | None) -> str:
-    """Name of the unit in which an Allan deviation is displayed, for samples in `sample_unit` and the user's choice.
-
-    `chosen` is a unit of samples, `SHEET` (units of data sheets), or None (unit of the samples).
-    """
+    """Unit in which an Allan deviation is displayed, for samples in `sample_unit`; `chosen` as in `chosen_units`."""
     with requested_units(chosen_units(sample_unit, chosen)):
         return figure_unit(sample_unit)
 
 
 def shown_unit(parameter: Parameter, value: Estimate, sample_unit: str, chosen: str | None) -> str:
-    """Name of the unit in which a value is displayed, for samples in `sample_unit` and the choice of the user.
+    """Name of the unit in which a value is displayed: `chosen` replaces `sample_unit` in the unit of the value.
 
-    If `chosen` is a unit of samples, it replaces `sample_unit` in the unit of the value. If `chosen` is `SHEET`, the unit
-    is that of data sheets. The value keeps its unit if `chosen` is None, samples are dimensionless, or the value cannot be
-    converted.
+    `SHEET` stands for the unit of data sheets. The value keeps its unit if it cannot be converted, or samples are
+    dimensionless.
     """
     if chosen is None or not value.unit.startswith(sample_unit) or sample_unit == "1":
         return value.unit
@@ -64,10 +60,7 @@ def factor_of(value: Estimate, shown: str) -> float:
 
 
 def parse_model_string(text: str) -> Model:
-    """`Model` from a model string of at most 2000 characters; files are never opened.
-
-    Raises `InputError` for an empty, longer or invalid text.
-    """
+    """`Model` from a model string of at most 2000 characters; files are never opened."""
     from allanite.effects.strings import parse_string
 
     if not 0 < len(text) <= 2000:
@@ -85,8 +78,8 @@ def effect_at(model: Model, place: int) -> Effect:
 def with_value(model: Model, place: int, name: str, value: float | None, held: bool) -> Model:
     """Copy of the model with the parameter `name` of the effect at index `place` set to `value` (None: unchanged).
 
-    A fit keeps the parameter fixed if `held`, and estimates it otherwise. The note that an earlier fit ended at a limit
-    of the parameter is deleted. Raises `InputError` if there is no such effect or parameter.
+    A fit keeps the parameter fixed if `held`, and estimates it otherwise. Raises `InputError` if there is no such
+    effect or parameter.
     """
     effect = effect_at(model, place)
     if name not in {p.name for p in effect.parameters if p.role in ("coefficient", "shape")}:
@@ -100,18 +93,12 @@ def with_value(model: Model, place: int, name: str, value: float | None, held: b
 def with_limits(
     model: Model, place: int, name: str, low: float | None, high: float | None
 ) -> Model:
-    """Copy of the model with limits `low` and `high` of a parameter of the effect at index `place`; None is no limit.
-
-    Raises `InputError` if there is no such effect.
-    """
+    """Copy of the model with limits `low` and `high` of a parameter of the effect at index `place`; None is no limit."""
     return model.replaced(place, limits={**effect_at(model, place).limits, name: (low, high)})
 
 
 def with_values_held(effect: Any) -> Any:
-    """Copy of an effect that a fit cannot change: every coefficient and shape that has a value is held at it.
-
-    Limits of the parameters are removed.
-    """
+    """Copy of an effect in which every coefficient and shape that has a value is held, and none has limits."""
     names = [p.name for p in effect.parameters if p.role in ("coefficient", "shape")]
     held = tuple(n for n in names if effect.values[n] is not None)
     return effect.with_values(hold=held, limits={}, at_limit=())

@@ -40,10 +40,7 @@ class Guard:
         self.hosts = hosts
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Pass allowed HTTP requests on without the token in the path; answer others with status 403 and one line.
-
-        WebSockets are ignored.
-        """
+        """Pass allowed HTTP requests on without the token in the path; answer others with status 403; ignore WebSockets."""
         if scope["type"] != "http":
             if scope["type"] == "lifespan":
                 await self.app(scope, receive, send)
@@ -65,10 +62,7 @@ class Guard:
         await self.app(inner, receive, answer)
 
     def _refusal(self, scope: Scope) -> str | None:
-        """One line with the reason to refuse a request; None if the request is allowed.
-
-        Refused are another Host, another Origin, a request from another site that is not GET, and a wrong token.
-        """
+        """One line with the reason to refuse a request; None if the request is allowed."""
         headers: dict[str, str] = {
             k.decode().lower(): v.decode("latin-1") for k, v in scope["headers"]
         }

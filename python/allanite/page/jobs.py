@@ -19,14 +19,9 @@ TURNS = threading.BoundedSemaphore(max(1, processors() - 1))
 
 
 class Job:
-    """A job that runs in its own thread.
+    """A job `name` that calls ``work(job)`` in its own thread.
 
-    Parameters
-    ----------
-    name : str
-        Description for the progress bar.
-    work : callable
-        Called with the job. It reports through `progress`, which raises `Ended` if the job was canceled.
+    The work reports through `progress`, which raises `Ended` if the job was canceled.
     """
 
     def __init__(self, name: str, work: Callable[[Job], None]) -> None:
@@ -101,8 +96,7 @@ class Job:
     def take_turn(self) -> None:
         """Wait until fewer searches run in all tabs than the page allows (one less than the processors, at least 1).
 
-        The permission is kept until the job ends, so that later calls return at once. Raises `Ended` if the job is
-        canceled.
+        The permission is kept until the job ends. Raises `Ended` if the job is canceled.
         """
         self._has_turn = self._has_turn or TURNS.acquire(blocking=False)
         if self._has_turn:
@@ -117,19 +111,13 @@ class Job:
 
     @contextmanager
     def uncancelable(self) -> Iterator[None]:
-        """Context manager in which the job cannot be canceled: `cancel` waits for its end.
-
-        Raises `Ended` if the job was canceled before.
-        """
+        """Context manager in which `cancel` waits for its end; raises `Ended` if the job was canceled before."""
         with self._gate:
             self.progress(1, 1)
             yield
 
     def to_dict(self) -> dict[str, Any]:
-        """Dict with the state of the job, for the progress bar of the browser.
-
-        ``seconds`` counts from the last `begin_stage`; ``error`` is the message of a failure.
-        """
+        """State of the job for the progress bar; ``seconds`` counts from the last `begin_stage`, ``error`` is a message."""
         return {
             "name": self.name,
             "done": self.done,
@@ -143,10 +131,7 @@ class Job:
         }
 
     def _run(self, work: Callable[[Job], None]) -> None:
-        """Call `work` with this job, and end the permission of `take_turn`; runs in the thread of the job.
-
-        The message of an `Exception` is stored in `error`. `Ended`, which a canceled job raises, ends the work silently.
-        """
+        """Call `work` with this job in its thread, and end its turn (`take_turn`); a failure is stored in `error`."""
         try:
             with while_wanted(lambda: not self._stop.is_set()):
                 work(self)

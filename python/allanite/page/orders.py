@@ -28,12 +28,9 @@ EXAMPLE = "N(N=1e-4)+B(B=2e-5)+K(K=2e-7)+GM(q_c=3e-5,correlation_time=20)+SIN(fr
 
 
 def carry_out(tab: Tab, request: Any) -> None:
-    """Carry out an action that the browser requests: `request` is a dict with the name of the action in ``do``.
+    """Carry out the action ``request["do"]`` that the browser requests.
 
-    Raises
-    ------
-    InputError
-        An unknown action, or one that is not possible now; the message is one line for the user.
+    Raises `InputError` with one line for the user if the action is unknown or not possible now.
     """
     if not isinstance(request, dict):
         raise InputError("an action must be a JSON object")
@@ -52,10 +49,7 @@ def _integer_of(request: dict[str, Any], name: str) -> int:
 
 
 def _number_of(request: dict[str, Any], name: str) -> float | None:
-    """Float in the key `name` of a request of the browser (a dict); None if it is missing or an empty text.
-
-    Raises `InputError` if it is no number.
-    """
+    """Float in the key `name` of a request of the browser; None if it is missing or an empty text."""
     value = request.get(name)
     if value is None or value == "":
         return None
@@ -66,10 +60,7 @@ def _number_of(request: dict[str, Any], name: str) -> float | None:
 
 
 def _text_of(request: dict[str, Any], name: str) -> str | None:
-    """Text in the key `name` of a request of the browser (a dict); None if it is missing or empty.
-
-    Raises `InputError` if it is no text of up to 2000 characters.
-    """
+    """Text of up to 2000 characters in the key `name` of a request of the browser; None if it is missing or empty."""
     value = request.get(name)
     if value is None or value == "":
         return None
@@ -79,10 +70,7 @@ def _text_of(request: dict[str, Any], name: str) -> str | None:
 
 
 def _read_again(tab: Tab, request: dict[str, Any]) -> None:
-    """Start a job that reads the open log again with the settings of the request.
-
-    Raises `InputError` if no log is open or a setting is invalid.
-    """
+    """Start a job that reads the open log again with the settings of the request."""
     if tab.source_index is None:
         raise InputError("No log is open: drop a file or choose one")
     names, units = request.get("columns") or [], request.get("units") or {}
@@ -120,10 +108,9 @@ def _analyze_part(tab: Tab, request: dict[str, Any]) -> None:
 
 
 def _time_range(tab: Tab, request: dict[str, Any]) -> Segment | None:
-    """Pair (start, end) of the time range in a request, in s from the start of the whole log; None without a start or end.
+    """Time range ``from`` … ``to`` of a request, in s from the start of the whole log; None without a start or end.
 
-    The keys ``from`` and ``to`` of the request count from the start of the analyzed part. The range is limited to this
-    part. Raises `InputError` if nothing of it remains.
+    The keys count from the start of the analyzed part, and the range is limited to this part.
     """
     start, end = _number_of(request, "from"), _number_of(request, "to")
     if start is None or end is None:
@@ -137,10 +124,7 @@ def _time_range(tab: Tab, request: dict[str, Any]) -> Segment | None:
 
 
 def _exclude_segment(tab: Tab, request: dict[str, Any]) -> None:
-    """Start a job that excludes the time range of the request, in addition to the excluded segments.
-
-    Raises `InputError` without a range.
-    """
+    """Start a job that excludes the time range of the request, in addition to the excluded segments."""
     chosen, (span, out) = _time_range(tab, request), tab.work.part
     if chosen is None:
         raise InputError("A time range needs two numbers, in seconds")
@@ -148,10 +132,7 @@ def _exclude_segment(tab: Tab, request: dict[str, Any]) -> None:
 
 
 def _include_segment(tab: Tab, request: dict[str, Any]) -> None:
-    """Start a job that analyzes the log with the excluded segment at the index ``number`` of the request included again.
-
-    Raises `InputError` if there is no excluded segment at this index.
-    """
+    """Start a job that analyzes the log with the excluded segment at the index ``number`` of the request included again."""
     span, out = tab.work.part
     number = _integer_of(request, "number")
     if not 0 <= number < len(out):
@@ -160,10 +141,7 @@ def _include_segment(tab: Tab, request: dict[str, Any]) -> None:
 
 
 def _read_with_rate(tab: Tab, request: dict[str, Any]) -> None:
-    """Start a job that reads the log again with the ``rate`` (Hz) of the request, even if the log contradicts it.
-
-    Raises `InputError` without a rate, or for a recording that was passed in Python.
-    """
+    """Start a job that reads the log again with the ``rate`` (Hz) of the request, even if the log contradicts it."""
     source, rate = tab.source, _number_of(request, "rate")
     if source is None or tab.source_index is None or rate is None:
         raise InputError("Give a rate, in Hz")
@@ -174,11 +152,7 @@ def _read_with_rate(tab: Tab, request: dict[str, Any]) -> None:
 
 
 def _read_moving_log(tab: Tab, request: dict[str, Any]) -> None:
-    """Start a job that reads again a log that was refused because it is mostly motion.
-
-    The key ``how`` of the request is ``"quiet"`` (read the longest quiet segment) or ``"anyway"`` (read all). Any other
-    value raises `InputError`.
-    """
+    """Start a job that reads again a log that was refused because it is mostly motion: its quiet segment, or all of it."""
     source, how = tab.source, _text_of(request, "how")
     if source is None or tab.source_index is None or how not in ("quiet", "anyway"):
         raise InputError('Choose the part of the log: "quiet" or "anyway"')
@@ -208,10 +182,7 @@ def _hold_parameter(tab: Tab, request: dict[str, Any]) -> None:
 
 
 def _limit_parameter(tab: Tab, request: dict[str, Any]) -> None:
-    """Start a job that fits with new limits of one parameter: ``low`` and ``high`` of the request in the displayed unit.
-
-    A missing limit means that the parameter has none on this side.
-    """
+    """Start a job that fits with new limits of one parameter: ``low`` and ``high`` of the request in the displayed unit."""
     place, name = _integer_of(request, "place"), _text_of(request, "name") or ""
     factor = _factor_to_own_unit(tab, place, name)
     ends = (_number_of(request, end) for end in ("low", "high"))
@@ -220,10 +191,7 @@ def _limit_parameter(tab: Tab, request: dict[str, Any]) -> None:
 
 
 def _try_value(tab: Tab, request: dict[str, Any]) -> None:
-    """Start a job that evaluates the model, without a new fit, with one parameter set to the ``value`` of the request.
-
-    The value is in the displayed unit. Raises `InputError` without a value.
-    """
+    """Start a job that evaluates the model, without a new fit, with one parameter at ``value``, in the displayed unit."""
     place, name = _integer_of(request, "place"), _text_of(request, "name") or ""
     value = _number_of(request, "value")
     if value is None:
@@ -243,10 +211,7 @@ def _factor_to_own_unit(tab: Tab, place: int, name: str) -> float:
 
 
 def _set_unit(tab: Tab, request: dict[str, Any]) -> None:
-    """Set the unit of the displayed values of this tab; a request without a unit resets it.
-
-    Raises `InputError` for a unit that is not offered.
-    """
+    """Set the unit of the displayed values of this tab; a request without a unit resets it."""
     unit = _text_of(request, "unit")
     offered = [u["value"] for u in chip_units(tab.log.unit)]
     if unit is not None and unit not in offered:
@@ -261,10 +226,7 @@ def _compare_steps(tab: Tab, request: dict[str, Any]) -> None:
 
 
 def _compare_log(tab: Tab, request: dict[str, Any]) -> None:
-    """Add the columns of another log of the list to the comparison.
-
-    Raises `InputError` if the log does not exist or cannot be read.
-    """
+    """Add the columns of another log of the list to the comparison."""
     number = _integer_of(request, "log")
     if not 0 <= number < len(tab.sources):
         raise InputError(f"there is no log {number}")

@@ -67,10 +67,9 @@ class _UploadTooLargeError(InputError):
 
 
 def _guarded(handler: Callable[[Request], Any]) -> Callable[[Request], Any]:
-    """Request handler that calls `handler` and always returns a `Response`.
+    """Request handler that calls `handler` and returns its result as JSON, or an error of the input as ``{"error": …}``.
 
-    Results become JSON. Errors of the input (`AllaniteError`, also `ValueError`, `TypeError` and `KeyError`) become
-    ``{"error": …}`` with status 400, or 413 if an upload is too large.
+    The status of an error is 400, or 413 if an upload is too large.
     """
 
     async def safe(request: Request) -> Response:
@@ -109,10 +108,7 @@ def _query_options(request: Request) -> dict[str, str]:
 
 
 async def _json_body(request: Request) -> Any:
-    """JSON document in the body of a request.
-
-    Raises `InputError` for over 4 MB, other text, deep nesting, and invalid characters.
-    """
+    """JSON document in the body of a request; raises `InputError` for over 4 MB, other text and deep nesting."""
     body = b""
     async for piece in request.stream():
         body += piece
@@ -180,29 +176,19 @@ class _TabHandlers:
         return {"tab": await run_in_threadpool(self.sessions.copy, request.path_params["tab"])}
 
     async def resume(self, request: Request) -> Any:
-        """Continue the tab of a reloaded page; returns an empty dict.
-
-        Raises `InputError` if the tab no longer exists.
-        """
+        """Continue the tab of a reloaded page; returns an empty dict."""
         await run_in_threadpool(self.sessions.resume, request.path_params["tab"])
         return {}
 
     async def state(self, request: Request) -> Any:
-        """Dict with the complete state of a tab.
-
-        If the browser already has this version (query parameter ``seen``), only the state of the job (`job_state`).
-        """
+        """Dict with the complete state of a tab; only that of its job if the browser has seen this version."""
         tab = self.sessions.tab(request)
         if request.query_params.get("seen") == str(tab.version):
             return job_state(tab)
         return await run_in_threadpool(state, tab)
 
     async def view(self, request: Request) -> Any:
-        """Dict with plotly's data and layout of one view (a figure of the page); the URL contains the tab and the view.
-
-        The query parameters are the theme and the options of the view. Raises `InputError` if there is no such tab or
-        view.
-        """
+        """Dict with plotly's data and layout of one view; the query has the theme and the options of the view."""
         tab, name = self.sessions.tab(request), request.path_params["name"]
         options = _query_options(request)
         return await run_in_threadpool(view, tab, name, options.pop("theme", "light"), options)
@@ -213,20 +199,13 @@ class _TabHandlers:
         return await run_in_threadpool(page_data, tab, name, _query_options(request))
 
     async def act(self, request: Request) -> Any:
-        """Dict with the state of the tab after carrying out an action of the user, which the body of the request describes.
-
-        Raises `InputError` if the action is unknown, not possible now, or larger than 4 MB.
-        """
+        """Dict with the state of the tab after carrying out the action of the user in the body of the request."""
         tab = self.sessions.tab(request)
         await run_in_threadpool(carry_out, tab, await _json_body(request))
         return await run_in_threadpool(state, tab)
 
     async def upload(self, request: Request) -> Any:
-        """Dict with the state of the tab after a log or data sheet was uploaded.
-
-        The file is deleted if it is not accepted. Raises `InputError` if it cannot be used, and `_UploadTooLargeError`
-        if it exceeds the largest permitted size.
-        """
+        """Dict with the state of the tab after a log or data sheet was uploaded; a file that is not accepted is deleted."""
         tab, uploads = self.sessions.tab(request), self.sessions.uploads
         name = check_name(request.query_params.get("name", ""))
         path = uploads.new_path(name)
@@ -255,16 +234,7 @@ class _TabHandlers:
 def make_app(sessions: Sessions, token: str, hosts: frozenset[str]) -> Guard:
     """ASGI application of the page behind its access control (`Guard`); it serves files, tabs, views and uploads.
 
-    Unknown paths have status 404. Bad input has status 400 (413 if an upload is too large) and JSON with an ``error``.
-
-    Parameters
-    ----------
-    sessions : Sessions
-        Tabs, uploads, and the logs given at the start, of which every new tab opens the first.
-    token : str
-        First part of every path.
-    hosts : frozenset of str
-        Accepted values of the Host header.
+    `token` is the first part of every path, and `hosts` are the accepted values of the Host header.
     """
     tabs = _TabHandlers(sessions)
     requests = {"/": _static, **{f"/{name}": _static for name in STATIC}, "/plotly.js": _plotly}
@@ -291,10 +261,7 @@ def make_app(sessions: Sessions, token: str, hosts: frozenset[str]) -> Guard:
 
 
 def _listening_socket() -> socket.socket:
-    """Listening socket at port 47113 of this computer (127.0.0.1), or at any port if that one is in use.
-
-    Raises `OSError` if no port is free.
-    """
+    """Listening socket at port 47113 of this computer (127.0.0.1), or at any port if that one is in use."""
     for port in (PORT, 0):
         found = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
         found.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
@@ -334,10 +301,7 @@ class Page:
         self._thread: threading.Thread | None = None
 
     def serve(self) -> None:
-        """Serve the page in this thread until it is interrupted or closed.
-
-        Then delete uploaded logs and close the socket.
-        """
+        """Serve the page in this thread until it is interrupted or closed; then delete uploads and close the socket."""
         try:
             self._server.run([self._socket])
         finally:

@@ -38,11 +38,7 @@ class Sessions:
         self.lock = threading.Lock()
 
     def open(self) -> str:
-        """Key of a new tab that opens the first log, if there is one.
-
-        Before, tabs without a request in the last 900 s are deleted. Then the oldest tabs are deleted until 32 or fewer
-        remain.
-        """
+        """Key of a new tab that opens the first log, if there is one; silent tabs and the oldest above 32 are deleted."""
         self.delete_silent_tabs()
         with self.lock:
             key = secrets.token_urlsafe(9)
@@ -56,13 +52,7 @@ class Sessions:
         return key
 
     def copy(self, key: str) -> str:
-        """Key of a new tab that starts with a copy of another tab and resumes its canceled job.
-
-        Raises
-        ------
-        InputError
-            The other tab no longer exists or has no open log.
-        """
+        """Key of a new tab that starts with a copy of another tab and resumes its canceled job."""
         other = self.tabs.get(key)
         if other is None or other.open_work is None:
             raise InputError("This tab no longer exists and cannot be copied")
@@ -74,10 +64,7 @@ class Sessions:
         return new
 
     def leave(self, key: str) -> None:
-        """Cancel the job of a page that was closed or reloaded.
-
-        The tab expires after 15 s unless it is resumed. An unknown key is ignored.
-        """
+        """Cancel the job of a page that was closed or reloaded; the tab expires after 15 s unless it is resumed."""
         tab = self.tabs.get(key)
         if tab is not None:
             tab.last_request = time.monotonic() - MAX_SILENCE_S + GRACE_S
@@ -85,13 +72,7 @@ class Sessions:
             tab.cancel()
 
     def resume(self, key: str) -> None:
-        """Connect a reloaded page with its tab again, and start the job that was canceled.
-
-        Raises
-        ------
-        InputError
-            The tab no longer exists, or no page has left it.
-        """
+        """Connect a reloaded page with its tab again, and start the job that was canceled."""
         tab = self.tabs.get(key)
         if tab is None or not tab.has_left:
             raise InputError("This tab no longer exists and cannot be resumed")

@@ -55,10 +55,9 @@ class SharedRecording:
         self._state: tuple[int, int] | None = None
 
     def get(self, path: Path, read: Callable[[], Recording], watch: Watch) -> Recording:
-        """`Recording` of the log at `path`, from memory if possible, otherwise the result of `read()`.
+        """`Recording` of the log at `path`: the one that another tab uses, or ``read()`` if none or the file changed.
 
-        `read` is called if no tab uses the recording any more, or if time or size of the file have changed. Only a weak
-        reference is kept. `watch` is called repeatedly while another tab reads the same log.
+        Only a weak reference is kept. `watch` is called repeatedly while another tab reads the same log.
         """
         with self.exclusive(watch):
             state = _file_stamp(path)
@@ -100,16 +99,10 @@ class Source:
     shared: SharedRecording = field(default_factory=SharedRecording)
 
     def read(self, reading: Reading, watch: Watch = None) -> Recording:
-        """`Recording` of the log, read in a child process with the settings `reading`.
+        """`Recording` of the log, read in a child process with the settings `reading`; one of Python is only converted.
 
-        A recording passed in Python is not read, only cut and converted. With ``motion`` = "quiet", only the longest
-        segment at rest is returned. Samples are converted to ``output_unit``, if given. `watch` is called repeatedly
-        during the reading; an exception that it raises ends the reading.
-
-        Raises
-        ------
-        InputError
-            The log cannot be read with these settings; the message contains only its name.
+        `watch` is called repeatedly during the reading; an exception that it raises ends the reading. The message of an
+        `InputError` contains only the name of the log, not its path.
         """
         recording = self.recording
         if recording is None:
@@ -130,10 +123,7 @@ class Source:
         return recording if reading.output_unit is None else recording.to(reading.output_unit)
 
     def inspect(self, reading: Reading) -> dict[str, Any]:
-        """Dict of the columns, units, rate and findings of this log, as from `inspect_in_child`.
-
-        The name of the log replaces its path. Raises `InputError` for a recording without a file.
-        """
+        """Dict of `inspect_in_child` for this log, with its name instead of its path."""
         if self.path is None:
             raise InputError(f"{self.name} was passed as a recording: there is no file to inspect")
         with about(self.name, instead=self.path):
@@ -148,13 +138,7 @@ class Source:
 
 
 def check_name(name: str) -> str:
-    """The given name of an uploaded file, unchanged.
-
-    Raises
-    ------
-    InputError
-        A path, a hidden or an empty name, or over 200 characters; only plain file names are accepted.
-    """
+    """The given name of an uploaded file, unchanged; raises `InputError` unless it is a plain, visible file name."""
     if not name or len(name) > 200 or _FORBIDDEN.search(name) or name.startswith("."):
         shown = name[:80]
         raise InputError(
@@ -174,10 +158,7 @@ class Uploads:
         OwnedFolder.remove_abandoned(self.KIND)
 
     def new_path(self, name: str) -> Path:
-        """`Path` of a new file for an upload, which is not created; the first call creates its folder.
-
-        The path has the suffix of `name` if a reader knows it (or ``.json``), otherwise ``.csv``.
-        """
+        """`Path` of a new file for an upload, with the suffix of `name` if a reader knows it, otherwise ``.csv``."""
         if self._folder is None:
             self._folder = OwnedFolder(self.KIND)
         self._count += 1
@@ -217,14 +198,9 @@ def merged_segments(stretches: Iterable[Segment]) -> tuple[Segment, ...]:
 
 
 def part_of(whole: Recording, span: Segment | None, out: tuple[Segment, ...]) -> Recording:
-    """`Recording` of a part of a log. Excluded segments become missing samples, so that time stays continuous.
+    """`Recording` of the part `span` of a log without the segments `out`, in s from its start; None is the whole log.
 
-    `span` and `out` are in s from the start of `whole`; None is the whole log.
-
-    Raises
-    ------
-    InputError
-        Fewer than 64 samples remain.
+    Excluded segments become missing samples, so that time stays continuous.
     """
     part = whole if span is None else whole.trim(*span)
     begin = 0.0 if span is None else max(span[0], 0.0)
@@ -247,7 +223,7 @@ def _with_excluded_segments(part: Recording, out: list[Segment]) -> Recording:
 
 
 def model_for_part(model: Model, moved: bool) -> Model | None:
-    """Copy of a model with which the fit of another part of the log starts; None if no effect remains.
+    """Model with which the fit of another part of the log starts; None if no effect remains.
 
     If the start time has `moved`, effects at a particular time, such as steps, are removed.
     """

@@ -37,10 +37,7 @@ UNITS = ("rad/s", "deg/s", "deg/h", "mrad/s", "m/s^2", "g", "mg", "ug", "1")
 
 
 def state(tab: Tab) -> dict[str, Any]:
-    """Dict with the complete state of a tab, except for the curves: job, logs, model, check, steps and comparison.
-
-    Before a log is open or a model is fitted or checked, the entries about it are None or empty.
-    """
+    """Dict with the complete state of a tab, except for the curves; entries are None or empty before they are known."""
     with tab.lock:
         # Read the version first, so that later changes are noticed next time.
         version, now, board, preview = tab.version, tab.open_work, tab.board, tab.preview
@@ -66,10 +63,7 @@ def state(tab: Tab) -> dict[str, Any]:
 
 
 def _log_entries(tab: Tab, now: Work | None) -> dict[str, Any]:
-    """Dict of the entries of `state` about the logs, the open recording and its axes; `now` is the work on it.
-
-    Entries about the open recording are None or empty if `now` is None.
-    """
+    """Entries of `state` about the logs, the open recording and its axes; `now` is the work on it, or None."""
     source = tab.source
     return {
         "problem": tab.problem,
@@ -90,10 +84,7 @@ def _log_entries(tab: Tab, now: Work | None) -> dict[str, Any]:
 def _model_entries(
     tab: Tab, now: Work | None, column: int, step: Step | None, preview: Fit | None
 ) -> dict[str, Any]:
-    """Dict of the entries of `state` about the model of the current step; a `preview` replaces its fit.
-
-    A preview is a model with trial values. All entries are None or empty without a step or an open log.
-    """
+    """Entries of `state` about the model of the current step; a `preview` with trial values replaces its fit."""
     if step is None or now is None:
         empty: dict[str, Any] = {"chips": [], "chip_units": [], "tray": [], "model": None}
         return {**empty, "preview": None, "discrepancy": None}
@@ -144,9 +135,10 @@ def _check_entries(tab: Tab, step: Step | None) -> dict[str, Any]:
 
 
 def _reading_settings(tab: Tab) -> dict[str, Any]:
-    """Dict of the settings with which the log is read: the user's, else those found by the reader, else None or empty.
+    """Settings with which the log is read: the user's, else those found by the reader, else None or empty.
 
-    ``unitless`` lists columns that belong to a sensor and have no unit. ``said_rate`` is the rate (Hz) of the user only.
+    ``unitless`` lists columns that belong to a sensor and have no unit. ``said_rate`` is the rate (Hz) of the user
+    only.
     """
     reading = tab.source.reading if tab.source is not None else Reading()
     given = reading.options
@@ -173,9 +165,9 @@ def _is_sensor(name: str) -> bool:
 
 
 def _column_state(tab: Tab, step: Step | None) -> str:
-    """State of a column, given its current step: ``new``, ``fitted``, ``adequate``, ``within`` or ``fails``.
+    """State of a column: ``new``, ``fitted`` (not yet checked), ``adequate``, ``within`` or ``fails``.
 
-    ``new`` has no fit, and ``fitted`` is not checked yet. ``within`` is not adequate, but within the tolerance.
+    ``within`` is not adequate, but within the tolerance.
     """
     if step is None:
         return "new"
@@ -206,10 +198,7 @@ def _axes_of_other_logs(tab: Tab) -> list[dict[str, Any]]:
 
 
 def _axis_records(tab: Tab, work: Work) -> list[dict[str, Any]]:
-    """List of one dict per column: name, unit, state, steps, model, values, error, missing effect.
-
-    ``values`` maps N, B and K to their texts. Model, error and missing effect are None before they are known.
-    """
+    """One dict per column: name, unit, state, steps, model, values, error, missing effect; None before known."""
     out = []
     names, units = work.recording.columns, work.recording.units
     for name, unit, column_steps in zip(names, units, work.board.columns, strict=True):
@@ -250,18 +239,12 @@ def _removed_effects(work: Work, column: int, fit: Fit) -> list[dict[str, Any]]:
 
 
 def job_state(tab: Tab) -> dict[str, Any]:
-    """Dict with the key ``job``: progress and error of the last job of the tab (`Job.to_dict`); None if there was no job.
-
-    The progress changes without increasing the version number of the tab's state.
-    """
+    """Dict with the key ``job``: `Job.to_dict` of the last job, or None. It changes without a new version of the state."""
     return {"job": None if tab.job is None else tab.job.to_dict()}
 
 
 def chip_units(unit: str) -> list[dict[str, str]]:
-    """List of the units in which values can be displayed, for samples in `unit`: dicts with value and text.
-
-    Data-sheet units and SI come first. Empty for sensors without data-sheet units, such as clocks.
-    """
+    """Units in which values can be displayed, for samples in `unit`: dicts with value and text; may be empty."""
     kind = parse_unit(unit).kind
     sheet = [
         e.parameter(name).sheet[kind]
@@ -281,10 +264,7 @@ def chip_units(unit: str) -> list[dict[str, str]]:
 
 
 def _excluded_text(work: Work) -> str:
-    """Text `` · from 2 h · 40 s excluded``: duration of the whole log, then total duration of the excluded segments.
-
-    The first is left out if no part of the log was selected, the second if no segment is excluded. Both may be missing.
-    """
+    """Text `` · from 2 h · 40 s excluded``: duration of the whole log, then of the excluded segments; each only if any."""
     span, out = work.part
     said = "" if span is None else f" · from {duration_text(work.whole.duration)}"
     return said + (f" · {duration_text(sum(b - a for a, b in out))} excluded" if out else "")
@@ -293,8 +273,7 @@ def _excluded_text(work: Work) -> str:
 def _recording_record(tab: Tab) -> dict[str, Any]:
     """Dict that describes the open recording: columns, units, duration, analyzed part, and findings of its audit.
 
-    ``audit`` lists the findings on the current column and on the whole log. It is empty until the audit is finished
-    (``audited``).
+    ``audit`` is empty until the audit is finished (``audited``).
     """
     now = tab.work
     column, whole = tab.log, now.recording

@@ -26,10 +26,7 @@ MOST = 100
 
 
 def study_document(tab: Tab) -> dict[str, Any]:
-    """Dict of the steps of all columns for a file: models with values, without samples.
-
-    Columns without steps are left out. Raises `InputError` if the current column has no step.
-    """
+    """Dict of the steps of all columns for a file: models with values, without samples."""
     _ = tab.step
     source, work = tab.source, tab.work
     assert source is not None
@@ -80,10 +77,7 @@ def _model_document(fit: Fit) -> dict[str, Any]:
 def open_study(tab: Tab, document: Any) -> None:
     """Start a job that fits the models of a saved study to the open log, column by column and step by step.
 
-    Raises
-    ------
-    InputError
-        The document is not a study, is damaged or belongs to other columns; or no log is open.
+    Raises `InputError` if the document is not a study, is damaged or belongs to other columns; or if no log is open.
     """
     if not isinstance(document, dict) or document.get("schema") != SCHEMA:
         raise InputError("Not a study: choose a JSON file saved from this page")
@@ -102,11 +96,7 @@ def open_study(tab: Tab, document: Any) -> None:
     seen = document.get("column")
 
     def fit_models(job: Job) -> None:
-        """Fit each model of the study to the log, and make these fits the steps of the columns that the study names.
-
-        The former steps and removed effects of these columns are replaced. The analyzed part becomes that of the study,
-        and so does the current column if the log has it. The current step is then checked.
-        """
+        """Fit each model of the study, which replace the former steps, and check the current step."""
         job.take_turn()
         if (span, out) != tab.work.part:
             tab.switch_to_part(job, (span, out), part_of(tab.work.whole, span, out))
@@ -143,11 +133,7 @@ def _checked_segment(said: Any) -> Segment:
 def _axis_of_document(
     axis: dict[str, Any], columns: tuple[str, ...]
 ) -> tuple[int, list[Any], list[str], int, list[Effect]]:
-    """Tuple (column index, models, labels, index of the current step, removed effects) of one axis of a saved study.
-
-    There is one model and one label per step. An invalid index of the current step is replaced by that of the last
-    step. Raises `InputError` for an unknown column, an unknown effect, or unless there are 1 to 100 steps.
-    """
+    """Tuple (column index, models, labels, index of the current step, removed effects) of one axis of a saved study."""
     name, saved_steps, at = axis["column"], axis["ladder"], axis["at"]
     if name not in columns:
         raise InputError(f"The study contains column {str(name)[:40]!r}, which this log lacks")

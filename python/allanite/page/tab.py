@@ -31,10 +31,7 @@ class Tab(TabState):
     """A browser tab: its state and the operations on it. Results are shown as soon as they are available."""
 
     def _refit(self, label: str, name: str, make: Callable[[], Rung]) -> None:
-        """Start a job that calls `make`, adds the step after the current one, and checks it.
-
-        `label` names the step, `name` the job. Raises `InputError` if another job of the user runs.
-        """
+        """Start the job `name`, which calls `make`, adds the result as a step called `label`, and checks it."""
         column = self.column
 
         def work(job: Job) -> None:
@@ -48,10 +45,7 @@ class Tab(TabState):
     # -- the model ---------------------------------------------------------------------------------------
 
     def fit(self, text: str) -> None:
-        """Start a job that fits a model string and adds the result as a step.
-
-        Raises `InputError` for an invalid model string.
-        """
+        """Start a job that fits a model string and adds the result as a step."""
         model = parse_model_string(text)
         log = self.log
         self._refit(
@@ -59,41 +53,28 @@ class Tab(TabState):
         )
 
     def add(self, number: int) -> None:
-        """Start a job that adds the suggested effect at index `number` of the check's suggestions, and fits the model.
-
-        Raises `InputError` if there is no suggestion at this index, or if a model can have only one effect of this kind.
-        """
+        """Start a job that adds the suggestion at index `number` of the check to the model, and fits the model."""
         step = self.step
         if step.check is None or not 0 <= number < len(step.check.suggestions):
             raise InputError("This suggestion no longer exists: see the updated list")
         self._fit_with(step.check.suggestions[number].effect)
 
     def add_by_name(self, text: str) -> None:
-        """Start a job that adds one effect, given by its name or as a model string with values, and fits the model.
-
-        Raises `InputError` if the text is invalid or names several effects.
-        """
+        """Start a job that adds one effect, given by its name or as a model string with values, and fits the model."""
         model = parse_model_string(text)
         if len(model) != 1:
             raise InputError("Add one effect at a time, or enter a whole model")
         self._fit_with(model.effects[0])
 
     def restore(self, place: int) -> None:
-        """Start a job that adds a removed effect to the model again, with its former values, and fits the model.
-
-        `place` is the index of the effect in the list ``work.removed`` of this column. Raises `InputError` if there is
-        none.
-        """
+        """Start a job that adds the removed effect ``work.removed[column][place]`` again, and fits the model."""
         tray = self.work.removed[self.column]
         if not 0 <= place < len(tray):
             raise InputError("This effect is already in the model")
         self._fit_with(tray[place])
 
     def _fit_with(self, effect: Effect) -> None:
-        """Start a job that fits the current model with one more effect.
-
-        Raises `InputError` for a second effect of a kind that a model can have only once.
-        """
+        """Start a job that fits the current model with one more effect."""
         fit = self.step.fit
         name = fit.display_name(effect)
         if type(effect).single and any(e.kind == effect.kind for e in fit.model):
@@ -101,11 +82,7 @@ class Tab(TabState):
         self._refit(f"+ {name}", f"Adding {name}", lambda: Rung(fit.add(effect), effect))
 
     def remove(self, place: int) -> None:
-        """Start a job that removes the effect at index `place` from the model and fits the rest.
-
-        `restore` can add the effect again, unless another effect of its kind is left. Raises `InputError` if there is no
-        effect at this index, or if it is the only effect of the model.
-        """
+        """Start a job that removes the effect at index `place` from the model and fits the rest; `restore` undoes it."""
         fit = self.step.fit
         effect = effect_at(fit.model, place)
         if len(fit.model) == 1:
@@ -116,11 +93,7 @@ class Tab(TabState):
         )
 
     def hold(self, place: int, name: str, value: float | None) -> None:
-        """Start a job that fits with the parameter `name` of the effect at index `place` held at `value`.
-
-        If `value` is None, the fit estimates the parameter again. Raises `InputError` if there is no such effect or
-        parameter.
-        """
+        """Start a job that fits with the parameter `name` of the effect at `place` held at `value`, or free for None."""
         fit = self.step.fit
         model = with_value(fit.model, place, name, value, held=value is not None)
         what = f"{name} of {fit.display_name(model.effects[place])}"
@@ -132,10 +105,7 @@ class Tab(TabState):
         )
 
     def limit(self, place: int, name: str, low: float | None, high: float | None) -> None:
-        """Start a job that fits with limits `low` and `high` of the parameter `name` of the effect at index `place`.
-
-        None means no limit on this side. Raises `InputError` if there is no such effect.
-        """
+        """Start a job that fits with limits of the parameter `name` of the effect at index `place`; None is no limit."""
         fit = self.step.fit
         model = with_limits(fit.model, place, name, low, high)
         effect = model.effects[place]
@@ -149,9 +119,7 @@ class Tab(TabState):
     def try_value(self, place: int, name: str, value: float) -> None:
         """Start a job that stores in `preview` the model with one parameter changed to a trial `value`, for display.
 
-        `place` is the index of the effect in the model, `name` the parameter. All values are held, so nothing is fitted
-        to the log. Trial values add up: the next one changes the preview. Raises `InputError` if there is no such
-        parameter.
+        All values are held, so nothing is fitted to the log. Trial values add up: the next one changes the preview.
         """
         base = (self.preview or self.step.fit).model
         model = with_value(base, place, name, value, held=False)
@@ -187,10 +155,9 @@ class Tab(TabState):
         )
 
     def improve(self, columns: Sequence[int] | None = None) -> None:
-        """Start a job that adds and replaces effects in the model of the current column, or of `columns` one by one.
+        """Start a job that improves the model of the current column, or of `columns` one by one, until no change helps.
 
-        Each model is improved until no change helps. The job first waits until a running check ends. Without `columns`, it
-        fails with a message if no change helps.
+        Without `columns`, the job fails with a message if no change helps.
         """
         work_on = [self.column] if columns is None else list(columns)
         if columns is None:
@@ -198,11 +165,7 @@ class Tab(TabState):
         names = self.work.recording.columns
 
         def work(job: Job) -> None:
-            """Job: improve the models of the columns one after the other.
-
-            A column without a fit gets its first model before. If `columns` of `improve` is None (only the current
-            column), raises `InputError` if no effect helps.
-            """
+            """Improve the models of the columns one after the other; a column without a fit gets its first model before."""
             for i, column in enumerate(work_on):
                 job.columns, job.column = tuple(work_on[i:]), column
                 before = "" if columns is None else f"{names[column]} ({i + 1} of {len(work_on)}): "
@@ -243,10 +206,7 @@ class Tab(TabState):
             self.append_step(job, Step(" ".join(rung.changes), rung), column)
 
     def set_tolerance(self, tolerance: float | None) -> None:
-        """Set the model discrepancy in % below which a model is accepted; None to require an adequate model.
-
-        Raises `InputError` unless it lies in (0, 100].
-        """
+        """Set the model discrepancy in % below which a model is accepted; None to require an adequate model."""
         if tolerance is not None and not 0.0 < tolerance <= 100.0:
             raise InputError("The accepted model discrepancy must lie between 0 and 100 %")
         self.tolerance = tolerance
@@ -255,10 +215,9 @@ class Tab(TabState):
     # -- steps ---------------------------------------------------------------------------------------------
 
     def go_to_step(self, number: int) -> None:
-        """Make the step at index `number` the current one, from which the next change starts, and check it if necessary.
+        """Make the step at index `number` the current one, from which the next change starts; a running job is canceled.
 
-        A running job is canceled. If that step was compared with the current one, the two change roles. Raises
-        `InputError` if there is no step at this index.
+        If that step was compared with the current one, the two change roles.
         """
         if not 0 <= number < len(self.column_steps.steps):
             raise InputError(f"There is no step {number}")
@@ -271,10 +230,7 @@ class Tab(TabState):
         self.recheck()
 
     def compare_steps(self, number: int | None) -> None:
-        """Compare the current step of the model building with the step at index `number`; None ends the comparison.
-
-        Raises `InputError` if there is no step at this index.
-        """
+        """Compare the current step of the model building with the step at index `number`; None ends the comparison."""
         if number is not None and not 0 <= number < len(self.column_steps.steps):
             raise InputError(f"There is no step {number}")
         self._compared = None if number is None else self.column_steps.steps[number]
@@ -303,11 +259,9 @@ class Tab(TabState):
         return True
 
     def _undo_or_redo(self, by: int, otherwise: str) -> None:
-        """Undo (`by` = −1) or redo (+1) one change of the model.
+        """Undo (`by` = −1) or redo (+1) a change of the model, or else a selection of a part of the log; cancels a job.
 
-        If there is no such change, the last selection of a part of the log is undone or redone instead. A running job
-        is canceled, trial values are discarded, and a missing check is started. Raises `InputError` with the message
-        `otherwise` if there is nothing to undo or redo.
+        Raises `InputError` with the message `otherwise` if there is nothing to undo or redo.
         """
         with self.lock:
             if self.busy:

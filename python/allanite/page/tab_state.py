@@ -58,10 +58,7 @@ class TabState:
         self.lock = threading.RLock()
 
     def copy_state_from(self, other: TabState) -> None:
-        """Replace the state of this tab by a copy of that of another tab, and announce the change.
-
-        Later changes of one tab do not affect the other. Trial values, compared step and job are not copied.
-        """
+        """Replace the state of this tab by a copy of that of another tab, without trial values, compared step and job."""
         with other.lock:
             self.sources = list(other.sources)
             self.works = {place: work.copied() for place, work in other.works.items()}
@@ -84,13 +81,7 @@ class TabState:
 
     @property
     def work(self) -> Work:
-        """`Work`: the state of the open log.
-
-        Raises
-        ------
-        InputError
-            No log is open.
-        """
+        """`Work`: the state of the open log; raises `InputError` if no log is open."""
         found = self.open_work
         if found is None:
             raise InputError("No log is open: drop a file or choose one")
@@ -98,10 +89,7 @@ class TabState:
 
     @property
     def board(self) -> Board:
-        """Current `Board`: the steps of every column of the open log.
-
-        If no log is open, a new board with one column without steps.
-        """
+        """Current `Board`: the steps of every column of the open log; without a log, one column without steps."""
         found = self.open_work
         return Board((ColumnSteps(),)) if found is None else found.board
 
@@ -117,13 +105,7 @@ class TabState:
 
     @property
     def step(self) -> Step:
-        """Current `Step` of the current column.
-
-        Raises
-        ------
-        InputError
-            Nothing is fitted yet, or no log is open.
-        """
+        """Current `Step` of the current column; raises `InputError` if nothing is fitted yet."""
         found = self.column_steps.step
         if found is None:
             raise InputError("Nothing is fitted yet: open a log first")
@@ -131,10 +113,7 @@ class TabState:
 
     @property
     def compared_step(self) -> Step | None:
-        """`Step` that the user compares with the current step, or None.
-
-        None if none was chosen, if the chosen step is the current one, or if it belongs to another column.
-        """
+        """Other `Step` of the current column that the user compares with the current step, or None."""
         column_steps = self.column_steps
         there = self._compared in column_steps.steps and self._compared is not column_steps.step
         return self._compared if there else None
@@ -154,8 +133,8 @@ class TabState:
     def start_job(self, name: str, work: Callable[[Job], object], *, follows: bool = False) -> None:
         """Start a job called `name` that calls `work` in a thread; returns at once. A tab runs one job at a time.
 
-        If a check is running, it is canceled, or with `follows` the new job first waits for its end. Raises
-        `InputError` if any other job is running.
+        A running check is canceled; with `follows`, the new job waits for its end instead. Raises `InputError` if any
+        other job is running.
         """
         with self.lock:
             before = self.job if self.busy else None
@@ -193,10 +172,7 @@ class TabState:
             self.version += 1
 
     def set_steps(self, column_steps: ColumnSteps, column: int | None = None) -> None:
-        """Store new steps of a column (default: the current one), discard undone changes and trial values.
-
-        Increases `version`.
-        """
+        """Store new steps of a column (default: the current one), and discard undone changes and trial values."""
         with self.lock:
             self.work.set_steps(self.column if column is None else column, column_steps)
             self.preview = None
@@ -205,8 +181,7 @@ class TabState:
     def append_step(self, job: Job, step: Step, column: int) -> None:
         """Add `step` after the current step of a column, and make it the current one; later steps are dropped.
 
-        Computes the estimates of its fit first, and updates the list of removed effects. Raises `Ended` if the job was
-        canceled.
+        Raises `Ended` if the job was canceled.
         """
         cache_results(step.fit)
         with self.changing(job):
@@ -216,11 +191,7 @@ class TabState:
             self.set_steps(ColumnSteps((*steps, step), len(steps)), column)
 
     def _update_removed(self, column: int, before: Step | None, after: Step) -> None:
-        """Update the list ``work.removed[column]`` of effects that were removed from the model, which the user can restore.
-
-        Effects of the step `before` whose kind is missing in the model of `after` are appended. Effects whose kind is
-        in that model are deleted from the list. If `before` is None, nothing is appended.
-        """
+        """Update ``work.removed[column]``, the effects of earlier models whose kind is missing in the model of `after`."""
         tray, there = self.work.removed[column], {e.kind for e in after.fit.model}
         gone = [] if before is None else [e for e in before.fit.model if e.kind not in there]
         kinds = there | {e.kind for e in gone}
@@ -233,8 +204,7 @@ class TabState:
     def finished_check(self, job: Job, step: Step) -> Check:
         """`Check` of the fit of a step; stores the step's error and study, each as soon as it is computed.
 
-        Waits until the number of searches in other tabs permits one more. Results that exist are not computed again.
-        Raises `Ended` if the job was canceled.
+        Waits until the number of searches in other tabs permits one more. Raises `Ended` if the job was canceled.
         """
         job.take_turn()
         job.begin_stage(f"Searching for effects missing from {step.fit.model.name}")
@@ -253,10 +223,7 @@ class TabState:
         return step.study.check
 
     def check_until_interrupted(self, job: Job, step: Step) -> None:
-        """Check a step in a job that any action of the user cancels (`job.gives_way` becomes True).
-
-        A check that exists is not repeated. Returns when the audit of the samples is also finished.
-        """
+        """Check a step in a job that any action of the user cancels, and wait for the audit of the samples."""
         job.gives_way = True
         self.finished_check(job, step)
         if self._audit is not None:
@@ -271,21 +238,11 @@ class TabState:
         found: Recording | None = None,
         column: int | None = None,
     ) -> None:
-        """Start a job that reads a log and fits the first model to a column; a log that was open before is not read again.
+        """Start a job that reads the log ``sources[place]`` and fits the first model to a column; cancels a running job.
 
-        A running job is canceled. Errors of reading are stored in `problem`. Raises `InputError` if the log or the
-        column does not exist.
-
-        Parameters
-        ----------
-        place : int
-            Index of the log in `sources`.
-        reading : Reading, optional
-            New options for reading the log. Earlier results of the log are then discarded.
-        found : Recording, optional
-            The recording of this log if it was already read; the log is then not read again.
-        column : int, optional
-            Index of the column to show; by default the last viewed one.
+        An open log is not read again unless `reading` has new options, which discard earlier results. `found` is its
+        recording, if it was already read. `column` is the column to show; by default the last viewed one. Errors of
+        reading are stored in `problem`.
         """
         if not 0 <= place < len(self.sources):
             raise InputError(f"There is no log {place}")
@@ -297,11 +254,7 @@ class TabState:
             raise InputError(f"There is no column {column}")
 
         def work(job: Job) -> None:
-            """Job: read the log unless it is already in memory, show its column, and fit and check the first model.
-
-            If the log cannot be read, or shows motion and the user did not allow motion, the message is stored in
-            `problem`. Nothing is raised in this case.
-            """
+            """Read the log unless it is already in memory, show its column, and fit and check the first model."""
             with self.changing(job):
                 self.source_index, self.problem, self.preview = place, None, None
                 self.moving = False
@@ -337,8 +290,7 @@ class TabState:
     def _store_new_work(self, job: Job, place: int, work: Work) -> None:
         """Set ``works[place]`` to the work on a newly read log, and start the audit of its samples in a thread.
 
-        The page can then show the measured curve. The audit runs beside the first fit, and to its end even if the job
-        is canceled.
+        The audit runs beside the first fit, and to its end even if the job is canceled.
         """
         with self.changing(job):
             self.works[place] = work
@@ -354,10 +306,7 @@ class TabState:
         self._audit.start()
 
     def analyze_part(self, part: Part) -> None:
-        """Start a job that analyzes a part of the log, starting from the current models; a running job is canceled.
-
-        Raises `InputError` if the part has too few samples or no log is open.
-        """
+        """Start a job that analyzes a part of the log, starting from the current models; a running job is canceled."""
         found = part_of(self.work.whole, *part)
 
         def work(job: Job) -> None:
@@ -370,11 +319,10 @@ class TabState:
         self.start_job("Selecting a part of the log", work)
 
     def switch_to_part(self, job: Job, part: Part, found: Recording) -> None:
-        """Analyze another part of the log from now on: `found` is the recording of this part.
+        """Analyze the part `found` of the log from now on, without steps, and start the audit of its samples.
 
-        Also starts the audit of its samples. The columns then have no steps. Their first fits start from the models of
-        the former part; if the new part starts at another time, these models lose effects at a fixed time. Undo returns
-        to the former part, but to no part before it.
+        The first fits start from the models of the former part; if the start time changes, these models lose effects at
+        a fixed time. Undo returns to the former part, but to no part before it.
         """
         before, place = self.work, self.source_index
         assert place is not None
@@ -390,10 +338,9 @@ class TabState:
             self.preview = None
 
     def open_column(self, column: int) -> None:
-        """Show a column, discard trial values, and start a job that checks the current step of the column.
+        """Show a column, discard trial values, and start a job that fits its first model or checks its current step.
 
-        If the column has no step yet, the job first fits its first model. If a job of the user runs, no new job starts; a
-        running check is canceled. Raises `InputError` if the column does not exist or no log is open.
+        If a job of the user runs, no new job starts; a running check is canceled.
         """
         if not 0 <= column < len(self.board.columns) or self.open_work is None:
             raise InputError(f"There is no column {column}")
@@ -409,10 +356,7 @@ class TabState:
         )
 
     def _check_first_step(self, job: Job, column: int) -> None:
-        """Check the current step of a column; if the column has no step, fit and store its first model before.
-
-        Any action of the user cancels `job`, for example if the user chooses another column.
-        """
+        """Check the current or first step of a column in a job that any action of the user cancels."""
         job.gives_way = True
         self.check_until_interrupted(job, self.fitted_step(job, column))
 
@@ -442,11 +386,7 @@ class TabState:
             )
 
     def resume(self) -> None:
-        """Start again the job that was canceled when the user left the page: reading the log, the first fit, or the check.
-
-        If no log was selected, the first log is opened. Nothing starts if the current step has been checked, or if the
-        log could not be read.
-        """
+        """Start again the job that was canceled when the user left the page: reading, the first fit, or the check."""
         if self.open_work is None and self.source_index is not None and self.problem is None:
             self.open(self.source_index)
         elif self.open_work is None and self.source_index is None and self.sources:

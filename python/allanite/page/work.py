@@ -72,14 +72,8 @@ class Board:
 class Work:
     """All work on one log, with undo and redo over all its columns.
 
-    Parameters
-    ----------
-    recording : Recording
-        The analyzed recording.
-    whole : Recording
-        The recording that was read, of which `recording` may be a part.
-    part : (span, segments)
-        The analyzed part in s: (start, end) or None for all, and its excluded segments.
+    `recording` is analyzed; it may be a part of `whole`, which was read. `part` is ((start, end) in s or None for all,
+    excluded segments in s).
     """
 
     def __init__(
@@ -110,10 +104,7 @@ class Work:
         self._columns: dict[int, Recording] = {}
 
     def copied(self) -> Work:
-        """Copy of the work on a log, in which earlier selections of a part cannot be undone.
-
-        Later changes of one do not affect the other.
-        """
+        """Independent copy of the work on a log, in which earlier selections of a part cannot be undone."""
         other = copy(self)
         other.before = other.after = None
         other.models, other.history = list(self.models), list(self.history)
@@ -140,8 +131,8 @@ class Work:
     def set_steps(self, column: int, column_steps: ColumnSteps) -> None:
         """Store new steps of a column as a new state of the work, to which `undo_or_redo` can return.
 
-        States that were undone before are dropped, and so is an undone selection of a part of the record. The first fit
-        of a column cannot be undone: it adds and drops no state, and is written into all states.
+        States that were undone before are dropped. The first fit of a column cannot be undone: it is written into all
+        states.
         """
         self.after = None
         if not self.board.columns[column].steps:
@@ -169,10 +160,7 @@ class Work:
 
 
 def _digest(recording: Recording) -> str:
-    """Hexadecimal digest, 24 characters, of the samples, shape, rate, units and quantity.
-
-    A record of more than two million rows contributes every k-th row, so that between one and two million are used.
-    """
+    """Hexadecimal digest, 24 characters, of rate, units, quantity and at most two million rows of samples."""
     step = max(1, recording.n // ROWS)
     part = np.ascontiguousarray(recording.samples[::step])
     said = f"{recording.samples.shape} {recording.rate!r} {recording.units} {recording.quantity}"

@@ -50,9 +50,8 @@ def chips(
     """List of one dict per effect of the model: place, kind, names, physics, color, label, and values with intervals.
 
     Values are displayed in units made of the sample unit `unit`; `SHEET` stands for data-sheet units, None for the
-    recording's unit. `colors` are the color roles of the effects; color and label are None for an effect that figures
-    do not draw. `found` holds other models that explain the record equally well. An interval over all these models is
-    added if it is wider.
+    recording's unit. Color (a role of `colors`) and label are None for an effect that figures do not draw. An interval
+    over the equally good models `found` is added if it is wider.
     """
     drawn = {part.place: part for part in component_styles(fit)}
     out = []
@@ -85,10 +84,10 @@ def chips(
 
 
 def failures(study: Study) -> list[dict[str, Any]]:
-    """List of dicts (text, view, place) of the reasons why a model is not adequate; empty for an adequate study.
+    """Dicts (text, view, place) of the reasons why a model is not adequate; empty for an adequate study.
 
-    They are the failures of the check or, if the check is adequate, the doubts of the study. ``text`` is a sentence.
-    ``view`` is the name of the view that shows the failure, and ``place`` its range there; both are None if no view does.
+    ``view`` is the name of the view that shows the failure, and ``place`` its range there; both are None if no view
+    does.
     """
     if study.adequate:
         return []
@@ -109,9 +108,7 @@ def failures(study: Study) -> list[dict[str, Any]]:
 def most_informative_view(study: Study) -> str:
     """Name of the view that shows best what is missing: ``"allan"``, ``"psd"``, ``"samples"`` or ``"map"``.
 
-    ``"allan"`` for an adequate model, ``"samples"`` for an effect that follows a column, ``"psd"`` for lines and bands.
-    Otherwise the view in which the model fails most (`_largest_scores`). If it fails in none, ``"samples"`` for an event,
-    else ``"allan"``.
+    ``"allan"`` for an adequate model. Without a better rule, it is the view in which the model fails most.
     """
     check = study.check
     first = check.significant[0].effect if check.significant else None
@@ -133,7 +130,6 @@ def _largest_scores(study: Study) -> dict[str, float]:
     """Dict from the name of each view in which the model fails (allan, psd, map) to the size of its failure.
 
     The size is the largest absolute standard score of the view, divided by the smallest one that counts as a failure.
-    Empty if the model fails in none.
     """
     where, fit = study.check.where, study.fit
     out = {}
@@ -150,10 +146,7 @@ def _largest_scores(study: Study) -> dict[str, float]:
 
 
 def alternatives_sentence(study: Study) -> str | None:
-    """Sentence that names the other models that explain the record equally well, or says that there are none.
-
-    None if the check is not adequate.
-    """
+    """Sentence that names the other models that explain the record equally well, if any; None without an adequate check."""
     if not study.check.adequate:
         return None
     if study.undecided is None:
@@ -163,9 +156,9 @@ def alternatives_sentence(study: Study) -> str | None:
 
 
 def _interval_over_all_text(own: Estimate, interval: tuple[float, float] | None, shown: str) -> str:
-    """Text of the interval over all equally good models; empty if it is not wider than the interval of this model.
+    """Text, in the unit `shown`, of the interval over all equally good models; empty if it is not wider than the own one.
 
-    `interval` is in the unit of `own`, the text in the unit `shown`.
+    `interval` is in the unit of `own`.
     """
     if interval is None or not is_wider(own, interval):
         return ""
@@ -183,8 +176,7 @@ def _value_record(
 ) -> dict[str, Any]:
     """Dict of one value of an effect, as texts for the page, in the unit `shown`: value, 95 % interval, limits, and flags.
 
-    `own` is the `Estimate` in its own unit. A value that is not detected has the text ``< limit``, except times and
-    frequencies. `over_all` is the interval over all models that fit equally well, in the own unit; None if not known.
+    `over_all` is the interval over all equally good models, in the unit of `own`; None if not known.
     """
     value = own.to(shown)
     role = effect.parameter(name).role
@@ -224,21 +216,14 @@ def _displayed_limits(effect: Effect, name: str, factor: float) -> list[float | 
 
 
 def cards(check: Check, unit: str | None = None) -> list[dict[str, Any]]:
-    """List of one dict per suggested effect: the significant suggestions, at most 8; without any, the two best suggestions.
-
-    Values are in the unit of samples `unit` that the user chose; `SHEET` stands for data-sheet units, None for the
-    log's.
-    """
+    """One dict per significant suggestion, at most 8; without any, of the two best suggestions. `unit` as in `chips`."""
     shown = [(i, s) for i, s in enumerate(check.suggestions) if s.significant]
     shown = shown or list(enumerate(check.suggestions))[:2]
     return [_suggestion_record(check.fit, i, s, unit) for i, s in shown[:8]]
 
 
 def _suggestion_record(fit: Fit, place: int, s: Suggestion, unit: str | None) -> dict[str, Any]:
-    """Dict of a suggestion for the page: names, values, sentences, evidence, view and range; values in `unit`.
-
-    `place` is its index in `Check.suggestions`.
-    """
+    """Dict of a suggestion for the page, with values in `unit`; `place` is its index in `Check.suggestions`."""
     rivals = [cls.title for k in s.rivals if (cls := find(k)) is not None]
     chance = p_text(s.p_value, 1)
     name, acts = effect_text(fit, s.effect), _ranges_of_action(fit, s)
@@ -267,8 +252,8 @@ def _view_and_range(
 ) -> dict[str, Any]:
     """Dict with the view that shows a missing effect best, ``samples`` or ``psd``, and with its range there as ``place``.
 
-    `frequency` (Hz) and `time` (s) are the ranges in which the effect acts, or None. ``place`` is a range of frequency
-    for ``psd``, else of time. It is None for an effect that follows a logged column.
+    `frequency` (Hz) and `time` (s) are the ranges in which the effect acts. ``place`` is None for an effect that
+    follows a logged column.
     """
     if effect.follows or effect.when or frequency is None:
         return {"view": "samples", "place": None if effect.follows else time}
@@ -298,8 +283,7 @@ def _line_range(fit: Fit, effect: Effect) -> tuple[float, float] | None:
 def _frequency_range_text(ends: Sequence[float] | None, duration: float) -> str:
     """Text of a frequency range: `` at 38 Hz`` or `` between 1 and 2 Hz``; empty for None.
 
-    A range below 0.01 Hz is written as periods: `` at periods of 5 min to 2 h``. Periods that exceed the `duration` (s) of
-    the record have no upper end.
+    A range below 0.01 Hz is written as periods; those that exceed the `duration` (s) of the record have no upper end.
     """
     if ends is None:
         return ""
@@ -317,12 +301,11 @@ def _symbol(effect: Effect, name: str) -> str:
 
 
 def _ranges_of_action(fit: Fit, s: Suggestion) -> dict[str, list[float] | None]:
-    """Dict of the ranges ``tau`` (s), ``frequency`` (Hz) and ``time`` (s) in which a suggested effect acts.
+    """Ranges ``tau`` (s), ``frequency`` (Hz) and ``time`` (s), [low, high] or None, in which a suggested effect acts.
 
-    Each is a list [low, high], or None if it is not known. A spectral line has the frequency range of the line, its τ,
-    and no time. An event with a duration has only its time. Other effects have the frequencies at which they change the
-    logarithm of the model's spectrum by over half of the largest change; if they hardly change it, the lowest ones.
-    Events without a duration have a time as well.
+    A spectral line has no time, and an event with a duration only its time. Other effects have the frequencies at which
+    they change the logarithm of the model's spectrum by over half of the largest change; if they hardly change it, the
+    lowest ones.
     """
     out: dict[str, list[float] | None] = {"tau": None, "frequency": None, "time": None}
     rate, span = fit.data.rate, fit.data.duration
@@ -353,9 +336,9 @@ def _ranges_of_action(fit: Fit, s: Suggestion) -> dict[str, list[float] | None]:
 
 
 def step_rows(steps: tuple[Step, ...]) -> list[dict[str, Any]]:
-    """List of one dict per step of the model building: texts and numbers from `step_row`, ``left`` and ``left_text``.
+    """Dicts of `step_row` for the steps of the model building, with ``left`` and ``left_text``.
 
-    ``left`` is the unexplained misfit in % of the largest one, usually that of the first step. Empty without steps.
+    ``left`` is the unexplained misfit in % of the largest one, usually that of the first step.
     """
     left = misfit_left([s.rung for s in steps]) if steps else ()
     return [

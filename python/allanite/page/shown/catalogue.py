@@ -62,13 +62,7 @@ def _group_name(cls: type[Effect]) -> str:
 
 
 def catalogue(kind: str) -> list[dict[str, Any]]:
-    """List of one dict per effect of the catalog: names, texts and pictures; sorted by group, with common effects first.
-
-    Parameters
-    ----------
-    kind : str
-        Kind of the sensor, which determines the names of some effects.
-    """
+    """One dict per effect of the catalog, sorted by group, common ones first; names are those for a `kind` of sensor."""
     places = {name: place for place, (name, _) in enumerate(GROUPS)}
     return [
         {
@@ -90,10 +84,7 @@ def catalogue(kind: str) -> list[dict[str, Any]]:
 
 @cache
 def _svg_pictures(cls: type[Effect]) -> dict[str, list[str] | None]:
-    """Dict with ``curve`` and ``spectrum`` of an effect: list of two SVG paths, 100 × 60, with and without the effect.
-
-    The curve is the Allan deviation. Both are None if the effect has no curve. Cached.
-    """
+    """Dict with ``curve`` (Allan deviation) and ``spectrum``: SVG paths, 100 × 60, with and without the effect, or None."""
     try:
         variance, power = _variance_and_density(cls)
     except (AllaniteError, ValueError, TypeError, NotImplementedError):
@@ -106,11 +97,10 @@ def _svg_pictures(cls: type[Effect]) -> dict[str, list[str] | None]:
 
 
 def _variance_and_density(cls: type[Effect]) -> tuple[Array, Array]:
-    """Pair (Allan variance at the times `TAU`, density at `FREQUENCY`) of white noise of density 1 plus an example effect.
+    """Pair (Allan variance at `TAU`, density at `FREQUENCY`) of white noise of density 1 plus an example effect.
 
-    The effect is scaled so that the largest ratio of its Allan variance to that of the white noise is 300. For an
-    effect that only changes other noise (`Modifier`), the changed white noise is returned. For white noise itself,
-    nothing is added.
+    The effect is scaled so that the largest ratio of its Allan variance to that of the white noise is 300. A `Modifier`
+    changes the white noise instead.
     """
     if issubclass(cls, Stochastic) and cls.white:
         return 1.0 / TAU, np.ones(FREQUENCY.size)
@@ -130,11 +120,7 @@ def _variance_and_density(cls: type[Effect]) -> tuple[Array, Array]:
 
 
 def _example_effect(cls: type[Effect]) -> Effect:
-    """`Effect` of a class with values that suit a picture.
-
-    Coefficients are 1. Shapes are those of `SHAPES` within their limits, or the middle of the values with which a fit
-    starts. Optional parameters without an entry in `SHAPES` are left out.
-    """
+    """`Effect` of a class with values that suit a picture; optional ones without an entry in `SHAPES` are left out."""
     values: dict[str, Any] = {}
     for p in cls.parameters:
         shown = SHAPES.get(p.name)
@@ -149,10 +135,10 @@ def _example_effect(cls: type[Effect]) -> Effect:
 
 
 def _variance_and_power_of_signal(signal: Array) -> tuple[Array, Array]:
-    """Pair (Allan variance at the averaging times `TAU`, spectral density) of `N` samples of a signal at 1 Hz.
+    """Pair (Allan variance at `TAU`, spectral density) of `N` samples of a signal at 1 Hz.
 
-    The density is the largest value of the periodogram (Hann window) in each of `FREQUENCY.size` bins of frequency. It is
-    0 in a bin that contains no frequency of the periodogram.
+    The density is the largest value of the periodogram (Hann window) in each of `FREQUENCY.size` bins of frequency, or
+    0.
     """
     variance = oadev(signal, rate=1.0, taus=TAU).deviation ** 2
     power = np.abs(np.fft.rfft(signal * np.hanning(N))) ** 2 / N * 8.0 / 3.0
@@ -166,7 +152,7 @@ def _variance_and_power_of_signal(signal: Array) -> tuple[Array, Array]:
 
 
 def _svg_paths(x: Array, *lines: Array) -> list[str]:
-    """List of one SVG path per line, in a picture of 100 × 60 pixels with the same logarithmic axes for all lines.
+    """One SVG path per line, in a picture of 100 × 60 pixels with the same logarithmic axes for all lines.
 
     The y axis covers all lines and at least two decades; values below 10⁻⁴ are drawn at 10⁻⁴.
     """

@@ -36,22 +36,11 @@ MAX_SIMULATED = 2_000_000
 def deviation_figure(
     log: Recording, fit: Fit | None, options: Mapping[str, str], kept: dict[Any, Deviation]
 ) -> Figure | None:
-    """`Figure` of the deviation that the user chose; None for the default, the overlapping Allan deviation at default τ.
+    """`Figure` of the estimator ``options["kind"]`` at the averaging times ``options["grid"]``; None for the default.
 
-    The default is not drawn here, because the figure of the fit shows it. For Allan deviations, the model of the fit is
-    also drawn. For other estimators, the deviation of one simulated record is drawn instead, if the log has at most 2
-    million samples.
-
-    Parameters
-    ----------
-    log : Recording
-    fit : Fit or None
-        Without a fit, only the measured curve is drawn.
-    options : mapping of str to str
-        ``"kind"``: name of the estimator; ``"grid"``: choice of averaging times. Both may be missing; unknown ones raise
-        `InputError`.
-    kept : dict
-        Cache of computed deviations by recording, estimator and averaging times; new ones are added.
+    The figure of the fit shows the default, the overlapping Allan deviation. For Allan deviations, the model is also
+    drawn. For other estimators, the deviation of one simulated record is drawn instead, if the log has at most 2
+    million samples. `kept` is a cache.
     """
     kind, grid = options.get("kind") or "oadev", options.get("grid") or ""
     if kind not in KINDS:
@@ -90,10 +79,9 @@ def simulated_sensor(fit: Fit) -> Recording:
 def _deviation_of(
     source: Recording | Fit, kind: str, grid: str, kept: dict[Any, Deviation]
 ) -> Deviation:
-    """`Deviation` of a recording; for a `Fit`, of a sensor simulated from it. `kind` is the estimator, such as ``oadev``.
+    """`Deviation` by the estimator `kind` of a recording, or of a sensor simulated from a `Fit`; `kept` is a cache.
 
-    `grid` is a key of `GRIDS` (choices of averaging times), or "" for the default ones. The dict `kept` is a cache:
-    earlier results are taken from it, and a new one is added.
+    `grid` is a key of `GRIDS` (choices of averaging times), or "" for the default ones.
     """
     key = source, kind, grid
     if key not in kept:

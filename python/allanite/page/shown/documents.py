@@ -46,10 +46,7 @@ class GeneratedFile:
 
 
 def targets(recording: Recording) -> list[list[str]]:
-    """List of [file name, title] of the export formats for a log.
-
-    If a column has no unit of an inertial sensor, as for clocks, formats for inertial sensors only are left out.
-    """
+    """List of [file name, title] of the export formats for a log; those of an IMU only if all columns are inertial."""
     from allanite.exports import TARGETS
 
     other = any(parse_unit(unit).kind == RATIO for unit in recording.units)
@@ -58,15 +55,10 @@ def targets(recording: Recording) -> list[list[str]]:
 
 
 def open_upload(tab: Tab, source: Source, role: str) -> None:
-    """Open an uploaded file, depending on `role`: ``sheet`` is a data sheet, ``compare`` a log for comparison, else a log.
+    """Open an uploaded file: ``sheet`` is a data sheet, ``compare`` a log for comparison, else a log.
 
-    A log (``log``) is added to the list of logs, and a job opens it. This is also done if its rate or unit is unknown.
-
-    Raises
-    ------
-    InputError
-        The file cannot be read as this role says; the tab then keeps nothing of it. For ``compare``, also if rate or unit
-        is unknown. For ``compare`` and ``sheet``, also if no log is open.
+    A log is also added to the list of logs if its rate or unit is unknown. Raises `InputError` if the file cannot be
+    read as this `role`; the tab then keeps nothing of it.
     """
     if role == "sheet":
         _open_sheet(tab, source)
@@ -86,10 +78,7 @@ def open_upload(tab: Tab, source: Source, role: str) -> None:
 
 
 def _open_sheet(tab: Tab, source: Source) -> None:
-    """Set the data sheet of the tab to an uploaded one; a sheet without a name gets that of its file.
-
-    Raises `InputError` if no log is open or the file is wrong.
-    """
+    """Set the data sheet of the tab to an uploaded one; a sheet without a name gets that of its file."""
     from allanite.sources.datasheet import read_datasheet
 
     _ = tab.log
@@ -104,12 +93,7 @@ def _open_sheet(tab: Tab, source: Source) -> None:
 def compare_with(tab: Tab, source: Source) -> None:
     """Add the columns of a log to the comparison with the current column, each named "log column": ``b.csv gyro_x``.
 
-    A column whose name is already compared is not added.
-
-    Raises
-    ------
-    InputError
-        The log cannot be read, its rate or unit is not known, or no log is open.
+    Raises `InputError` if the log cannot be read, its rate or unit is not known, or no log is open.
     """
     _ = tab.log
     try:
@@ -128,10 +112,9 @@ def compare_with(tab: Tab, source: Source) -> None:
 
 
 def sheet_rows(tab: Tab) -> dict[str, Any] | None:
-    """Dict (``name`` of the data sheet, ``rows``, ``remarks``): comparison of the current model with the data sheet.
+    """Dict (``name`` of the data sheet, ``rows`` of texts, ``remarks``): comparison of the current model with the sheet.
 
-    A row is a dict of texts on one value of the data sheet. None if there is no data sheet or no step yet. The list of
-    rows is empty if the data sheet has no value for this kind of sensor.
+    None if there is no data sheet or no step yet.
     """
     if tab.sheet is None or not tab.column_steps.steps:
         return None
@@ -159,12 +142,7 @@ def generated_file(
 ) -> GeneratedFile:
     """`GeneratedFile` with this name: a figure or its values, the study, an export, a temperature law, or the report.
 
-    Figures are in the `theme`; `options` are those of the figure's view, such as a time range.
-
-    Raises
-    ------
-    InputError
-        The name is unknown, or there is nothing to write yet.
+    `options` are those of the figure's view, such as a time range. Raises `InputError` for an unknown name.
     """
     from allanite.exports import TARGETS
 
@@ -204,10 +182,7 @@ def _figure_file(
 
 
 def _export_file(tab: Tab, target: Target) -> GeneratedFile:
-    """`GeneratedFile` with the models of all fitted columns in the format `target`; its note names the other columns.
-
-    Raises `InputError` if no column is fitted.
-    """
+    """`GeneratedFile` with the models of all fitted columns in the format `target`; its note names the other columns."""
     from allanite.exports import export
 
     fits = [s.fit for column_steps in tab.board.columns if (s := column_steps.step) is not None]
@@ -243,7 +218,7 @@ def _missing_columns_note(tab: Tab) -> str:
 def _report_file(tab: Tab) -> GeneratedFile:
     """`GeneratedFile` with the HTML report on the steps of each column up to the current one.
 
-    A note names columns without a fit or a finished check. Raises `InputError` if no column is left.
+    A note names columns without a fit or a finished check.
     """
     from allanite.report import Entry, Report
 

@@ -95,10 +95,7 @@ def displayed_fit(tab: Tab) -> Fit | None:
 
 
 def effect_colors(work: Work, fit: Fit) -> list[str]:
-    """List of the color roles (`COMPONENTS`) of the effects of a model; an effect keeps its first color in all models.
-
-    Effects that no model had before are added to `work.colors`.
-    """
+    """Color roles (`COMPONENTS`) of the effects of a model; `work.colors` keeps the color of each in all models."""
     out, seen = [], dict[str, int]()
     for effect in fit.model.effects:
         seen[effect.kind] = seen.get(effect.kind, 0) + 1
@@ -109,10 +106,7 @@ def effect_colors(work: Work, fit: Fit) -> list[str]:
 
 
 def _allan_figure(tab: Tab, options: Mapping[str, str]) -> Figure:
-    """`Figure` of the Allan deviation with the model and the residuals, or of another deviation that the options name.
-
-    Before the first fit, only the measured curve in the unit of figures.
-    """
+    """`Figure` of the Allan deviation with the model and the residuals, or of another deviation that the options name."""
     fit = displayed_fit(tab)
     other = deviation_figure(tab.log, fit, options, tab.work.deviations)
     if other is not None:
@@ -131,8 +125,8 @@ def _allan_figure(tab: Tab, options: Mapping[str, str]) -> Figure:
 def _psd_figure(tab: Tab, options: Mapping[str, str]) -> Figure:
     """`Figure` of the spectrum with the model (with trial values, if any), and of the residuals in σ below.
 
-    Single ordinates between ``from`` and ``to`` Hz are added if both options are given. If the check finds that the
-    model fails in a range narrower than an octave, a map of the power in this range over time is beside it.
+    Options ``from`` and ``to`` (Hz) add single ordinates. If the model fails in a range narrower than an octave, a map
+    of the power in this range over time is beside it.
     """
     fit = displayed_fit(tab) or tab.step.fit
     check = tab.step.check if tab.preview is None else None
@@ -163,11 +157,7 @@ _close_up = lru_cache(maxsize=4)(failing_range_panel)
 def _zoomed_panels(
     fit: Fit, panels: tuple[Panel, ...], options: Mapping[str, str]
 ) -> tuple[Panel, ...]:
-    """Pair of copies of the spectrum panel and its residual panel, to which single ordinates are added.
-
-    The ordinates lie between the frequencies ``from`` and ``to`` (Hz) of the `options`; at most 1500 values are drawn.
-    Single ordinates that the spectrum panel already has are replaced.
-    """
+    """Copies of the spectrum panel and its residual panel with the single ordinates between ``from`` and ``to`` (Hz)."""
     low, high = _positive_option(options, "from", 1.0), _positive_option(options, "to", 1.0)
     spectrum, strip = panels
     f, power = ordinates_between(fit, low, high, most=MAX_ZOOMED)
@@ -186,8 +176,7 @@ def _zoomed_panels(
 def _map_figure(tab: Tab, _: Mapping[str, str]) -> Figure:
     """`Figure` of a color map of measured over expected power, by time and octave of frequency.
 
-    A second map below shows only the frequency range that the model fits worst. It is left out if `failing_range_panel`
-    returns None or the record is too short for a map. Raises `InputError` before the check is finished.
+    A second map below shows only the frequency range that the model fits worst, if there is one.
     """
     check = tab.step.check
     if check is None:
@@ -211,8 +200,7 @@ def _map_figure(tab: Tab, _: Mapping[str, str]) -> Figure:
 def _samples_view(tab: Tab, options: Mapping[str, str]) -> Figure:
     """`Figure` of the samples over time, with events, excluded segments, and the sum of the known functions without lines.
 
-    If the first missing effect follows a logged column, the subtitle names it, and its function, if it is one, is part of
-    the sum. This does not happen while trial values are displayed. Without a fit there is no sum.
+    If the first missing effect follows a logged column, its function is part of the sum, except with trial values.
     """
     step = tab.column_steps.step
     worst = None if step is None or step.check is None else step.check.where.worst_time
@@ -248,9 +236,8 @@ def _samples_view(tab: Tab, options: Mapping[str, str]) -> Figure:
 def _compare_figure(tab: Tab, _: Mapping[str, str]) -> Figure:
     """`Figure` of the tab Compare: two steps if the user compares them, otherwise several Allan deviations.
 
-    The deviations are of the current column, other logs, a sensor simulated from the fit, and a data sheet. Other columns
-    of the log appear only if they have the same unit and no other log is compared. The subtitle names curves that are not
-    drawn.
+    Other columns of the log appear only if they have the same unit and no other log is compared. The subtitle names
+    curves that are not drawn.
     """
     from allanite.comparison import Drawn, compare
     from allanite.plots import plot_compare
@@ -299,10 +286,8 @@ def _compare_figure(tab: Tab, _: Mapping[str, str]) -> Figure:
 def _error_figure(tab: Tab, options: Mapping[str, str]) -> Figure:
     """`Figure` of the error of the integrated samples (such as angle or velocity) over the time since the last fix.
 
-    It has one panel per integrated quantity, with a line for each effect and for the total. Measured errors have 95 %
-    intervals; they are left out if the record is too short. The headline says whether they agree with the model. Option
-    ``aided``: time in s over which the bias was averaged before the fix (default: 60 s, at most 1/40 of the record).
-    Option ``until``: last time in s (default: 600 s, at most 1/10 of the record).
+    Measured errors have 95 % intervals; they are left out if the record is too short. Options in s: ``aided``, over
+    which the bias was averaged before the fix (60 s, at most 1/40 of the record), and ``until`` (600 s, at most 1/10).
     """
     from allanite.statespace.growth import error_growth, measured_growth
 
@@ -355,10 +340,10 @@ def _error_figure(tab: Tab, options: Mapping[str, str]) -> Figure:
 
 
 def _error_lines(growth: Growth, fit: Fit, colors: Sequence[str], *, labeled: bool) -> list[Mark]:
-    """List of `Line`: error of each effect and of the whole model over the time since the last fix (s).
+    """Lines of the error of each effect and of the whole model over the time since the last fix (s).
 
-    Errors are in ``growth.display_unit``. An effect that was not detected is dashed and at its 95 % limit, or left out if
-    its fitted value is 0. `colors` are the color roles of the effects; without `labeled`, lines have no legend entry.
+    Errors are in ``growth.display_unit``. An effect that was not detected is dashed and at its 95 % limit, or left out
+    if its fitted value is 0.
     """
     known = dict(zip((e.short for e in fit.model), colors, strict=True))
     limits = {fit.model.effects[p.place].short: p.limit for p in component_styles(fit)}
@@ -391,9 +376,7 @@ def _disagreement_text(
 ) -> str:
     """Text ``the measured errors are larger from 30 s on``, or ``smaller``; empty if they agree with the model.
 
-    `total` is the error of the model at each `tau` (s), `low` and `high` the 95 % interval of the measured one. They
-    agree if `total` is outside the interval at no more τ than `max_outside_by_chance` permits. Time and direction are
-    those of the first τ outside.
+    `total` is the error of the model at each `tau` (s), `low` and `high` the 95 % interval of the measured one.
     """
     over, under = low > total, high < total
     out = over | under
@@ -405,20 +388,14 @@ def _disagreement_text(
 
 
 def max_outside_by_chance(points: int) -> int:
-    """Largest number of points, as an int, that may lie outside their 95 % intervals by chance.
-
-    For independent points, more lie outside with a probability below 1 %.
-    """
+    """Largest number of independent points outside their 95 % intervals; more have a probability below 1 %."""
     from scipy.stats import binom
 
     return int(binom.ppf(0.99, points, 0.05))
 
 
 def _positive_option(options: Mapping[str, str], name: str, otherwise: float) -> float:
-    """Positive float that `options` has under `name`; `otherwise` if it is missing or empty.
-
-    Raises `InputError` unless 0 < number < 1e9.
-    """
+    """Positive float below 1e9 that `options` has under `name`; `otherwise` if it is missing or empty."""
     try:
         value = float(options.get(name) or otherwise)
     except ValueError:
@@ -440,11 +417,7 @@ def _filter_innovations(fit: Fit) -> Innovations:
 
 
 def _nis_figure(tab: Tab, _: Mapping[str, str]) -> Figure:
-    """`Figure` of the normalized innovation squared of the model's Kalman filter, averaged over τ.
-
-    It shows the 95 % band of a consistent filter; the subtitle begins with `_consistency_sentence`. The y axis is
-    logarithmic if a value exceeds 5.
-    """
+    """`Figure` of the normalized innovation squared of the model's Kalman filter, averaged over τ, with its 95 % band."""
     found = _filter_innovations(tab.step.fit)
     by_tau = found.by_tau
     marks: tuple[Mark, ...] = (
@@ -483,8 +456,7 @@ def _consistency_sentence(
     """Sentence on whether the errors of a filter are as large as the filter expects, and uncorrelated.
 
     `nis` is the normalized innovation squared at each `tau` (s), `low` and `high` its 95 % interval for a consistent
-    filter. The filter is consistent if no more points than by chance lie outside. Otherwise it is overconfident or too
-    conservative, and the worst τ is named. A `whiteness` (p-value) below 0.01 means correlated.
+    filter. A `whiteness` (p-value) below 0.01 means correlated.
     """
     over, under = nis > high, nis < low
     count, points = int(np.count_nonzero(over | under)), nis.size

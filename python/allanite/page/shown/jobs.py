@@ -41,10 +41,7 @@ def thermal_calibration(recording: Recording, unit: str | None = None) -> Therma
 
 
 def thermal_figure(tab: Tab, _: Mapping[str, str]) -> Figure:
-    """`Figure` of the temperature law of the current axis, and of its Allan deviation before and after the correction.
-
-    Raises `InputError` if the log has no temperature.
-    """
+    """`Figure` of the temperature law of the current axis, and of its Allan deviation before and after the correction."""
     found = thermal_calibration(tab.log, figure_unit(tab.log.unit, samples=True))
     (axis,) = found.axes
     figure = found.plot()
@@ -56,12 +53,7 @@ def thermal_figure(tab: Tab, _: Mapping[str, str]) -> Figure:
 def average_figure(tab: Tab, _: Mapping[str, str]) -> Figure:
     """`Figure` of the Allan deviation of the average of the current axis and the compared logs, and of the weights.
 
-    Compared columns with the name of the axis are averaged; without any, all columns of the same kind of sensor.
-
-    Raises
-    ------
-    InputError
-        No other log with the same kind of sensor is compared.
+    Raises `InputError` if no other log with the same kind of sensor is compared.
     """
     if not tab.others:
         raise InputError("Averaging needs another log: add one with Compare")

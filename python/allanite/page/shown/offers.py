@@ -17,10 +17,9 @@ def capitalized(text: str) -> str:
 
 
 def remedy_buttons(finding: Finding, rate: float, duration: float) -> list[dict[str, Any]]:
-    """List of at most one button (a dict with the keys ``text`` and ``act``) that remedies a finding; else empty.
+    """List of at most one button (a dict with the keys ``text`` and ``act``) that remedies a finding.
 
-    A button sets the measured rate, or keeps the quiet segment or the longer part before or after motion. Where two
-    logs were joined (a seam), it keeps the longer part. `rate` (Hz) and `duration` (s) are those of the record.
+    `rate` (Hz) and `duration` (s) are those of the record.
     """
     values = finding.values
     if finding.kind == "rate" and "measured_hz" in values:
@@ -39,11 +38,7 @@ def remedy_buttons(finding: Finding, rate: float, duration: float) -> list[dict[
 
 
 def _longer_part_button(start: float, end: float, duration: float) -> dict[str, Any]:
-    """Dict of a button (``text``, ``act``) that keeps only the part of the log before or after a segment.
-
-    The longer part is kept, or the first one if both are equal. `start` and `end` of the segment are in s, as is the
-    `duration` of the log.
-    """
+    """Dict of a button (``text``, ``act``) that keeps only the longer part of the log before or after a segment, in s."""
     first, last = (end, duration) if duration - end > start else (0.0, start)
     text = f"Use only {first:.4g}–{last:.4g} s"
     return {"text": text, "act": {"do": "take", "from": first, "to": last}}

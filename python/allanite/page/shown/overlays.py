@@ -24,8 +24,8 @@ if TYPE_CHECKING:
 def set_hover_texts(data: list[dict[str, Any]], fit: Fit | None, name: str, unit: str) -> None:
     """Set in place the text that plotly shows under the mouse, for each trace in the list `data`.
 
-    `name` is the view of the page, `unit` the unit of its values. Heat maps and traces with ``hoverinfo`` "skip" are
-    unchanged. With a `fit`, each measured point of the Allan deviation gets its own text.
+    `name` is the view of the page, `unit` the unit of its values. With a `fit`, each measured point of the Allan
+    deviation gets its own text.
     """
     shown = "" if unit == "1" else unit_text(unit)
     across = {
@@ -52,10 +52,7 @@ def set_hover_texts(data: list[dict[str, Any]], fit: Fit | None, name: str, unit
 
 
 def _hover_texts(fit: Fit, unit: str) -> list[str]:
-    """List of the hover texts (HTML) of the measured points, in `unit`: value, interval, model, and difference.
-
-    The difference is in percent, and in σ if that is finite.
-    """
+    """Hover texts (HTML) of the measured points, in `unit`: value, interval, model, and difference in percent and σ."""
     curve, factor = fit.curve, conversion(fit.recording.unit, unit)
     measured, model = factor * curve.measured, factor * curve.model
     low, high = interval(measured, curve.edf)
@@ -78,9 +75,9 @@ def coefficient_readings(
 ) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
     """Pair (traces, annotations) of plotly that mark where standard coefficients (such as N, B, K) are read off the curve.
 
-    Only detected, positive coefficients are marked. Each has its own τ; only B has none and is read at the τ where the
-    measured deviation is smallest. A τ outside the x range is left out. A point outside the y range has no trace, only
-    an annotation at the lower edge. `axes` is plotly's layout with both ranges; heights are in the displayed `unit`.
+    Each has its own τ; only B has none and is read at the τ where the measured deviation is smallest. A point outside
+    the y range has no trace, only an annotation at the lower edge. `axes` is plotly's layout with both ranges; heights
+    are in the displayed `unit`.
     """
     (left, right), (bottom, top) = axes["xaxis"]["range"], axes["yaxis"]["range"]
     traces, labels = [], []
@@ -140,8 +137,8 @@ def drag_data(fit: Fit, unit: str) -> dict[str, Any]:
     """Dict of arrays from which the browser computes χ²/dof and curve while the user drags an effect's line.
 
     ``count`` (degrees of freedom), ``power`` (measured) and ``spectrum`` (model) have one entry per frequency bin.
-    ``own`` maps the index of each process to its part of the spectrum. ``groups`` are the bins of each term of χ².
-    The measured curve (``tau``, ``measured`` in `unit`, ``edf``) has one entry per τ.
+    ``own`` maps the index of each process to its part of the spectrum. ``groups`` are the bins of each term of χ². The
+    measured curve has one entry per τ.
     """
     solution, curve = fit.solution, fit.curve
     return {

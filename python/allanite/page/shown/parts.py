@@ -40,15 +40,9 @@ POINTS = 24
 
 
 def page_data(tab: Tab, name: str, options: Mapping[str, str] | None = None) -> Any:
-    """Data for JSON that the page requests by `name`, such as the catalog of effects or a saved study.
+    """Data for JSON that the page requests by `name`: a key of `_PARTS`, or ``table-VIEW`` for the values of a view.
 
-    ``table-VIEW`` returns the values of a view as tables. The other names are the keys of `_PARTS`. `options` are the
-    query parameters of the request.
-
-    Raises
-    ------
-    InputError
-        The name is unknown, or what the part needs is missing, such as a file, two fitted axes, or a sheet with values.
+    `options` are the query parameters. Raises `InputError` if the name is unknown, or what the part needs is missing.
     """
     if name.startswith("table-"):
         view = name.removeprefix("table-")
@@ -67,9 +61,9 @@ def _small_curves(tab: Tab, _: Mapping[str, str]) -> dict[str, Any]:
 
 
 def _column_paths(work: Work) -> list[str | None]:
-    """List of one SVG path per column: its Allan deviation as a small curve of 100 × 40 pixels, on logarithmic axes.
+    """One SVG path per column: its Allan deviation as a small curve of 100 × 40 pixels, on logarithmic axes, or None.
 
-    None for a column without a curve. Columns of equal unit share a scale. Cached in `work.paths`.
+    Columns of equal unit share a scale. Cached in `work.paths`.
     """
     if work.paths is not None:
         return work.paths
@@ -84,10 +78,7 @@ def _column_paths(work: Work) -> list[str | None]:
 
 
 def _log_curve(column: Recording) -> Any:
-    """Pair (log10 τ, log10 deviation) of up to `POINTS` points of the Allan deviation of a column.
-
-    None if fewer than three points have a value, or if `oadev` refuses the samples.
-    """
+    """Pair (log10 τ, log10 deviation) of up to `POINTS` points of a column's Allan deviation; None below three points."""
     try:
         found = column.oadev()
     except AllaniteError:
@@ -102,11 +93,7 @@ def _log_curve(column: Recording) -> Any:
 
 
 def _svg_path(curve: Any, alike: list[Any]) -> str:
-    """Text of the SVG path of one Allan deviation, 100 × 40 pixels.
-
-    `curve` is a tuple of arrays (log10 τ, log10 deviation). The axes cover all curves in the list `alike`, so that
-    these can be compared.
-    """
+    """SVG path of one Allan deviation (log10 τ, log10 deviation), 100 × 40 pixels; the axes cover all curves in `alike`."""
     left, right = min(c[0][0] for c in alike), max(c[0][-1] for c in alike)
     low, high = min(c[1].min() for c in alike), max(c[1].max() for c in alike)
     across = 100.0 * (curve[0] - left) / max(right - left, 1e-9)
@@ -123,8 +110,7 @@ def _all_effects(tab: Tab, _: Mapping[str, str]) -> list[dict[str, Any]]:
 def _inspected_columns(tab: Tab, _: Mapping[str, str]) -> dict[str, Any]:
     """Dict of `Source.inspect` for the open log: what the reader finds in its columns without the user's choices.
 
-    ``kinds`` maps each kind of sensor to the units that the user can choose. Raises `InputError` if no log is open, or for
-    a recording without a file.
+    ``kinds`` maps each kind of sensor to the units that the user can choose.
     """
     source = tab.source
     if source is None:
@@ -140,10 +126,7 @@ def _inspected_columns(tab: Tab, _: Mapping[str, str]) -> dict[str, Any]:
 
 
 def _common_properties(tab: Tab, _: Mapping[str, str]) -> dict[str, Any]:
-    """Dict of the common properties of the axes: agreement of models, shared noise, and lines found on several axes.
-
-    Raises `InputError` for fewer than two fitted axes.
-    """
+    """Dict of the common properties of the axes: agreement of models, shared noise, and lines found on several axes."""
     from allanite.axes.words import common_form_sentences, shared_effect_sentences
 
     names = tab.work.recording.columns
@@ -177,10 +160,7 @@ def _common_of_fits(fits: tuple[tuple[str, Fit], ...]) -> Common:
 
 
 def _export_verdict(tab: Tab, options: Mapping[str, str]) -> dict[str, Any]:
-    """Dict that describes an export file before it is saved; ``options["target"]`` is the name of the file.
-
-    ``verdict`` is the line in the file on how well the models fit, ``missing`` a note on axes that are not in the file.
-    """
+    """``verdict`` of an export file before it is saved, and ``missing``, a note on axes that are not in the file."""
     made = documents.generated_file(tab, options.get("target", ""), "light")
     return {"verdict": verdict_in(made.body.decode()), "missing": made.note}
 
@@ -188,7 +168,7 @@ def _export_verdict(tab: Tab, options: Mapping[str, str]) -> dict[str, Any]:
 def _acceptance_results(tab: Tab, _: Mapping[str, str]) -> dict[str, Any] | None:
     """Dict of the acceptance test: name of the sheet, list of `_axis_acceptance` of every checked axis, and remarks.
 
-    None without a data sheet. Raises `InputError` if the sheet has no values for these axes.
+    None without a data sheet.
     """
     if tab.sheet is None:
         return None
@@ -210,8 +190,7 @@ def _acceptance_results(tab: Tab, _: Mapping[str, str]) -> dict[str, Any] | None
 def _axis_acceptance(name: str, found: Acceptance) -> dict[str, Any]:
     """Dict of the acceptance test of one axis, as texts: name, verdict, ``figures`` and ``needs``.
 
-    ``figures`` has one dict per value of the data sheet. ``needs`` is the record duration that would settle the
-    verdict; empty if it is not known or not needed.
+    ``needs`` is the record duration that would settle the verdict; empty if it is not known or not needed.
     """
     return {
         "name": name,

@@ -36,20 +36,9 @@ def samples_figure(
 ) -> Figure:
     """`Figure` of the samples from ``options["from"]`` to ``options["to"]`` in s, with up to two logged columns below.
 
-    Over 3000 samples are drawn as mean and range of 1600 segments. Up to 300 samples are also marked by dots.
-
-    Parameters
-    ----------
-    log : Recording
-        One column.
-    worst : (start, end) or None
-        Time range in s in which the model fails.
-    moments : sequence of (float, str)
-        Times in s of events to be marked, and their names.
-    out : sequence of (start, end)
-        Excluded segments in s.
-    drift : (ndarray of shape (n,), str), optional
-        Contribution of known functions of time to the samples, and their names.
+    Over 3000 samples are drawn as mean and range of 1600 segments. `worst` is the time range in s in which the model
+    fails, `moments` are times of events with names, `out` the excluded segments, `drift` known functions of time and
+    their names.
     """
     start, end = _time_range(log, options)
     first, last = int(start * log.rate), min(log.n, int(np.ceil(end * log.rate)) + 1)
@@ -89,10 +78,7 @@ def samples_figure(
 
 
 def _time_range(log: Recording, options: Mapping[str, str]) -> tuple[float, float]:
-    """Pair (start, end) of the options in s, limited to the record; by default all of it.
-
-    Raises `InputError` if an option is no number or the range is empty.
-    """
+    """Pair (start, end) of the options in s, limited to the record; by default all of it."""
     try:
         start = float(options.get("from") or 0.0)
         end = float(options.get("to") or log.duration)

@@ -21,17 +21,9 @@ MOST = 4000
 
 
 def tables_of(figure: Figure, fit: Fit | None, unit: str) -> list[dict[str, Any]]:
-    """List of the tables of a figure, each a dict with ``title``, ``head`` and ``rows``.
+    """Tables of a figure, each a dict with ``title``, ``head`` and ``rows``.
 
-    For the Allan curve of a fit one table with model and residuals; else one per curve (`_tables_of_marks`).
-
-    Parameters
-    ----------
-    figure : Figure
-    fit : Fit or None
-        Displayed fit, whose Allan curve gives one table.
-    unit : str
-        Unit of the deviations of that curve.
+    The Allan curve of the displayed `fit` gives one table with model and residuals, whose deviations are in `unit`.
     """
     if fit is not None and figure.kind == "fit" and figure.panels[0].title == "Allan deviation":
         return [_curve_table(fit, unit)]
@@ -61,9 +53,9 @@ def _curve_table(fit: Fit, unit: str) -> dict[str, Any]:
 
 
 def _tables_of_marks(figure: Figure) -> list[dict[str, Any]]:
-    """List of the tables of all points, lines, bands and heat maps of a figure, each a dict with title, head and rows.
+    """Tables (dicts with title, head and rows) of all points, lines, bands and heat maps of a figure, at most 4000 rows.
 
-    Marks of a panel with equal x values share a table: points first, then lines, then bands. Tables have at most 4000 rows.
+    Marks of a panel with equal x values share a table: points first, then lines, then bands.
     """
     tables: list[dict[str, Any]] = []
     for panel in figure.panels:
@@ -91,10 +83,7 @@ def _mark_rank(mark: Mark) -> int:
 
 
 def csv_of(tables: list[dict[str, Any]]) -> str:
-    """CSV text of tables (dicts with ``head`` and ``rows`` of floats or None): head and rows, without the titles.
-
-    Floats have full precision, None is an empty cell, and an empty line separates the tables.
-    """
+    """CSV text of tables (dicts with ``head`` and ``rows`` of floats or None), separated by empty lines, without titles."""
     import csv
     import io
 
@@ -109,11 +98,7 @@ def csv_of(tables: list[dict[str, Any]]) -> str:
 
 
 def _named_columns(panel: Panel, mark: Line | Points | Band) -> list[tuple[str, list[Any]]]:
-    """List of tuples (column name, list of values) with the y values of a mark, without x; at most 4000 values each.
-
-    A line has one column, a band has two (lower and upper end). Points have three if they have intervals (value, lower
-    and upper end), else one. Values that are not finite become None.
-    """
+    """Pairs (column name, y values) of a mark, at most 4000 values each; values that are not finite become None."""
     name = mark.label or panel.y.label
     if isinstance(mark, Band):
         found = [(f"{name}, from", mark.low), (f"{name}, to", mark.high)]

@@ -29,10 +29,7 @@ SURE = 2.0
 
 
 def two_models_figure(column_steps: ColumnSteps, other: Step) -> Figure:
-    """`Figure` of the measured Allan deviation with the models of two steps, and their residuals (σ) below.
-
-    The steps are the current one and `other`.
-    """
+    """`Figure` of the measured Allan deviation with the models of the current step and `other`, and residuals (σ) below."""
     assert column_steps.step is not None
     one, two = column_steps.step.fit, other.fit
     first, second = (
@@ -65,7 +62,7 @@ def two_models_figure(column_steps: ColumnSteps, other: Step) -> Figure:
 
 
 def differences(tab: Tab) -> dict[str, Any] | None:
-    """Dict of the differences between the current step and the step compared with it; None if either is missing.
+    """Differences between the current step and the step compared with it; None if either is missing.
 
     Keys: ``at`` (index of the compared step), ``heads``, ``models`` and ``rows`` of the table.
     """
@@ -89,11 +86,9 @@ def differences(tab: Tab) -> dict[str, Any] | None:
 
 
 def _value_rows(one: Fit, two: Fit, unit: str | None, places: list[int]) -> Iterator[Row]:
-    """Yield (name, texts, remark) for each fitted parameter of two models; parameters of the model `one` come first.
+    """Yield (name, texts, remark) for each fitted parameter of two models; `texts` has ``–`` if a model lacks it.
 
-    `texts` holds the value in each model, or ``–`` if a model lacks the parameter. The remark is the ratio of both values
-    if both are detected, or says which step has the parameter. It is empty for equal texts. `places` are the numbers of
-    the two steps.
+    `places` are the numbers of the two steps.
     """
     first, second = _displayed_values(one, unit), _displayed_values(two, unit)
     for key in [*first, *(k for k in second if k not in first)]:
@@ -111,20 +106,15 @@ def _value_rows(one: Fit, two: Fit, unit: str | None, places: list[int]) -> Iter
 
 
 def _value_text(value: Mapping[str, Any]) -> str:
-    """Text of a fitted value with its interval in brackets, ``0.3 (0.2 … 0.4)``.
-
-    For a value that is held, the reason is in the brackets instead. Brackets are left out if the value is not detected
-    or if there is nothing to put into them.
-    """
+    """Text of a fitted value with its interval, or the reason why it is held, in brackets: ``0.3 (0.2 … 0.4)``."""
     spread = value["kept"] or value["spread"]
     return f"{value['text']} ({spread})" if spread and value["detected"] else str(value["text"])
 
 
 def _displayed_values(fit: Fit, unit: str | None) -> dict[tuple[str, int], dict[str, Any]]:
-    """Dict of the values of a fit that are shown when two steps are compared: coefficients and shapes of all effects.
+    """Values of a fit that are shown when two steps are compared, as the dicts of `chips`.
 
-    A key is a tuple (name, number); values with the same name are numbered from 0. The values are the dicts of `chips`.
-    An effect without coefficients and shapes shows its first value.
+    A key is (name, number); values with the same name are numbered from 0.
     """
     out: dict[tuple[str, int], dict[str, Any]] = {}
     for chip in chips(fit, unit):
@@ -150,10 +140,7 @@ def _error_rows(one: Step, two: Step, places: list[int]) -> Iterator[Row]:
 
 
 def _prediction_text(one: Step, two: Step, places: list[int]) -> str:
-    """Text ``Step 1 better by 3.2 ± 0.8 nats in total`` on the prediction of unseen data; empty if not computed.
-
-    `places` are the numbers of the two steps.
-    """
+    """Text ``Step 1 better by 3.2 ± 0.8 nats in total`` on the prediction of unseen data; empty if not computed."""
     ends = [None if s.error is None else s.error.predictive for s in (one, two)]
     if ends[0] is None or ends[1] is None:
         return ""

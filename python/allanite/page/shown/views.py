@@ -31,22 +31,7 @@ UNITS = ("rad/s", "deg/s", "deg/h", "m/s^2", "mg", "ug")
 def view(
     tab: Tab, name: str, theme: str, options: Mapping[str, str] | None = None
 ) -> dict[str, Any]:
-    """Dict of a view: plotly's data and layout, title and subtitle; ``meta`` of a trace says what the trace shows.
-
-    Parameters
-    ----------
-    tab : Tab
-    name : str
-        One of `VIEWS`.
-    theme : {"light", "dark"}
-    options : mapping of str to str, optional
-        Options of the view, such as a time range.
-
-    Raises
-    ------
-    InputError
-        The view or theme is unknown, or there is nothing to show.
-    """
+    """Dict of the view `name` in the displayed units; see `_view`."""
     with requested_units(chosen_units(tab.log.unit, tab.unit)):
         return _view(tab, name, theme, options)
 
@@ -56,8 +41,7 @@ def _view(tab: Tab, name: str, theme: str, options: Mapping[str, str] | None) ->
 
     ``subtitle`` is the last line of the figure's subtitle, and ``headline`` all lines before. ``fails`` is True if
     ranges are shaded in which the model fails, ``singles`` if single ordinates are drawn. ``drift`` is the label of the
-    known function of time in the samples, or empty. With a fit, ``live`` is `drag_data`. The Allan deviation also has
-    marks where coefficients are read, and ``units`` for the readout under the mouse.
+    known function of time in the samples, or empty. With a fit, ``live`` is `drag_data`.
     """
     look = theme_of(theme)
     figure = figure_of(tab, name, options)
@@ -137,10 +121,7 @@ def _adapt_layout(layout: dict[str, Any], name: str, kind: str, look: Any) -> No
 
 
 def _cursor_units(unit: str) -> list[dict[str, Any]]:
-    """List of dicts with the units in which the readout under the mouse shows deviations.
-
-    ``text`` is the unit, ``factor`` converts a value from `unit` to it. `unit` comes first.
-    """
+    """Units in which the readout under the mouse shows deviations; ``factor`` converts from `unit`, which is first."""
     kind = parse_unit(unit).kind
     others = [u for u in UNITS if u != unit and parse_unit(u).kind == kind]
     texts = {unit: unit_text(unit) if unit != "1" else "", **{u: unit_text(u) for u in others}}
@@ -148,10 +129,9 @@ def _cursor_units(unit: str) -> list[dict[str, Any]]:
 
 
 def _label_traces(data: list[dict[str, Any]], fit: Fit) -> None:
-    """Set ``meta`` of each plotly trace to what the trace draws.
+    """Set ``meta`` of each plotly trace to what the trace draws, such as ``measured``.
 
-    The values are ``effect-0`` and ``limit-0`` (with the index of the effect in the model), ``model``, ``measured``,
-    ``single`` (ordinates) and ``residual``. Traces of anything else get no ``meta``.
+    ``effect-0`` and ``limit-0`` have the index of the effect in the model.
     """
     for part in component_styles(fit):
         for trace in data:
