@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property, partial
+from textwrap import wrap
 from typing import TYPE_CHECKING, Any
 
 from allanite import _kernels
@@ -12,17 +13,23 @@ from allanite.axes.averaging import Averaged, averaged
 from allanite.axes.coherence import CrossSpectrum, cross_spectra
 from allanite.axes.forms import Form, common_form
 from allanite.axes.lines import CommonEvent, CommonLine, common_events, common_lines
+from allanite.axes.rows import Row, convention, legend, rows
 from allanite.axes.shared import SharedNoise, shared_noise
 from allanite.axes.twin import sample_statistics, twin
+from allanite.axes.words import common_form_sentences, remarks, shared_effect_sentences
+from allanite.axes.words import title as heading
 from allanite.common.documents import fields_dict, plain_value
 from allanite.common.errors import CALL
 from allanite.common.files import write_text
+from allanite.common.numbers import with_readable_numbers
+from allanite.common.showing import aligned_lines, html_list, html_table
 from allanite.common.threads import results_or_raise, side_by_side
 from allanite.common.units import ACCELERATION, ANGULAR_RATE, FREQUENCY, MAGNETIC_FIELD
 from allanite.recording.axis_names import columns_by_sensor
 from allanite.recording.sensor_names import kind_of_sensor
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
     from pathlib import Path
 
     from numpy.typing import ArrayLike
@@ -267,13 +274,30 @@ class Characterization:
         )
 
     def table(self, width: int = 100, words: Mapping[str, str] = CALL) -> str:
-        """Text table of all axes, as ``print`` shows it, wrapped at `width` characters.
+        """Text: a table for each sensor, what the axes have in common, and remarks, as ``print`` shows them.
 
-        `words` maps parameters, such as ``rate``, to the names that the remarks use for them (call or command line).
+        Sections without sentences are left out.
+
+        Parameters
+        ----------
+        width : int
+            Longest line, characters. Axes that do not fit side by side follow below.
+        words : mapping of str to str
+            Names of parameters in remedies, see `allanite.common.errors`.
         """
-        from allanite.axes.table import table
-
-        return table(self, width, words)
+        lines = [*wrap(heading(self), width)]
+        for sensor in self.common.sensors:
+            studies = {name: self.studies[name] for name in sensor.columns}
+            lines += ["", *_sensor_lines(sensor, studies, width)]
+        compared = convention(study.fit for study in self.studies.values())
+        if compared:
+            lines += ["", *wrap(compared, width)]
+        for head, sentences in _sentences_by_section(self, words).items():
+            if sentences:
+                lines += ["", head]
+                for sentence in sentences:
+                    lines += _wrapped_lines(sentence, width)
+        return "\n".join(lines)
 
     def __str__(self) -> str:
         return self.table()
@@ -283,10 +307,17 @@ class Characterization:
         return f"Characterization({', '.join([*models, *(f'{n}: failed' for n in self.failed)])})"
 
     def _repr_html_(self) -> str:
-        """HTML text of all axes, which Jupyter shows."""
-        from allanite.axes.table import html
-
-        return html(self)
+        """HTML text, which Jupyter shows: a table for each sensor, and sentences below."""
+        out = [html_list([heading(self)])]
+        for sensor in self.common.sensors:
+            studies = {name: self.studies[name] for name in sensor.columns}
+            body = [(row.label, *row.cells) for row in rows(studies)]
+            out.append(html_table(sensor.name, ("", *sensor.columns), body))
+            out.append(html_list([legend(studies), *common_form_sentences(sensor)]))
+        out.append(
+            html_list([text for texts in _sentences_by_section(self).values() for text in texts])
+        )
+        return "".join(out)
 
 
 def common_of(studies: Mapping[str, Study]) -> Common:
@@ -314,3 +345,53 @@ def common_of(studies: Mapping[str, Study]) -> Common:
     lines = common_lines(fits)
     shared = shared_noise(cross, lines, fits)
     return Common(tuple(sensors), lines, common_events(fits), between, shared)
+
+
+def _sentences_by_section(
+    found: Characterization, words: Mapping[str, str] = CALL
+) -> dict[str, list[str]]:
+    """Dict from the heading of each section below the table of axes to its list of sentences, which can be empty."""
+    sections = {
+        "at work": [f"{name}: {'; '.join(w.reasons)}" for name, w in found.working.items()],
+        "bias at switch-on": [f"{name}: {bias}" for name, bias in found.turn_on.items()],
+        "seen by several axes": shared_effect_sentences(found.common),
+        "averaging sensors of one axis": list(map(str, found.averages)),
+        "remarks": remarks(found, words),
+    }
+    return {head: list(map(with_readable_numbers, of)) for head, of in sections.items()}
+
+
+def _wrapped_lines(text: str, width: int) -> list[str]:
+    """List of the lines of `text` wrapped at `width` characters, the first indented by 2 blanks, all others by 4.
+
+    Line breaks in `text` count as blanks.
+    """
+    return wrap(text, width, initial_indent="  ", subsequent_indent="    ")
+
+
+def _sensor_lines(sensor: Sensor, studies: Mapping[str, Study], width: int) -> list[str]:
+    """List of texts: lines of the table of one sensor, then its legend and the sentences on what its axes have in common.
+
+    If not all axes fit into `width` characters side by side, further tables with the other axes follow.
+    """
+    lines = []
+    names = list(studies)
+    while names:
+        # The largest number of axes that fits side by side; at least one.
+        for count in range(len(names), 0, -1):
+            part = {name: studies[name] for name in names[:count]}
+            drawn = _table_lines([Row(sensor.name, tuple(part)), *rows(part)])
+            if count == 1 or max(map(len, drawn)) <= width:
+                break
+        lines += [*drawn, ""]
+        names = names[count:]
+    lines += wrap(legend(studies), width, initial_indent="  ", subsequent_indent="  ")
+    for sentence in common_form_sentences(sensor):
+        lines += _wrapped_lines(sentence, width)
+    return lines
+
+
+def _table_lines(block: Sequence[Row]) -> list[str]:
+    """List of texts: lines of a table with aligned columns, with a rule below the first row."""
+    texts = aligned_lines([(row.label, *row.cells) for row in block])
+    return [texts[0], "─" * max(map(len, texts)), *texts[1:]]

@@ -17,7 +17,7 @@ from allanite.common.former import Former, warn_of_former_name
 from allanite.common.parameters import Estimate
 from allanite.effects.files import held_and_limits
 from allanite.fit import curve as _curve
-from allanite.fit.degeneracy import Correlations, correlations, degeneracies
+from allanite.fit.covariance import Correlations, correlations, degeneracies
 from allanite.fit.estimates import estimates, free_parameters
 from allanite.fit.likelihood.data import prepare
 from allanite.fit.likelihood.discrepancy import (

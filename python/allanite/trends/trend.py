@@ -12,7 +12,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any, TypedDict, Unpack
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from allanite import _kernels
 from allanite.common.arrays import Array
@@ -31,15 +31,15 @@ from allanite.fit.stamped.candidates import (
     fit_noise,
     power_law_exponent,
 )
-from allanite.fit.stamped.likelihood import Regressed, StampedSeries
+from allanite.fit.stamped.likelihood import Regressed, StampedSeries, innovations
 from allanite.fit.stamped.noise import sampled_noise
 from allanite.fit.stamped.uncertainty import amplitude_errors
 from allanite.trends.design import J2000, PER, Functions, date_of, seconds_of
-from allanite.trends.steps import significant_step
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from allanite.fit.stamped.noise import StampedNoise
     from allanite.recording import Recording
 
 #: Default periods: annual and semi-annual terms, s.
@@ -52,6 +52,12 @@ MIN_SAMPLES = 16
 MAX_STEPS = 50
 #: Multiples of the length of the record for which the standard error of the rate is predicted.
 LENGTH_MULTIPLES = (1.0, 2.0, 4.0)
+#: Probability that a record without steps has a false step.
+FALSE_ALARM_PROBABILITY = 0.01
+#: Number of candidate steps that are whitened together; limits memory.
+STEPS_PER_BLOCK = 256
+#: Distance in samples of the candidate steps of the first pass. The second pass tries every sample near the best one.
+COARSE_DISTANCE = 8
 
 
 @dataclass(frozen=True)
@@ -634,3 +640,50 @@ def _predicted_error(
     longer = replace(functions, middle=0.5 * float(every[0] + every[-1]))
     found = StampedSeries(every, np.zeros(every.size), longer.at(every)).regressed(best.noise)
     return float(np.sqrt(found.covariance[1, 1]))
+
+
+def significant_step(series: StampedSeries, noise: StampedNoise) -> float | None:
+    """Time, s, of the first sample after the most significant step; None if no step is significant.
+
+    A step at each time is fitted together with the known functions of `series`. Every eighth sample is tried first, then
+    all samples around the best one. The false-alarm probability is 1 % for the whole series (Bonferroni).
+    """
+    from scipy.special import chdtrc
+
+    there = np.ones(series.n, dtype=bool)
+    columns = np.vstack([series.values, series.design])
+    found, variances = innovations(noise, series.times, there, columns)
+    root = 1.0 / np.sqrt(variances)
+    basis, _ = np.linalg.qr((found[1:] * root).T)
+    values = found[0] * root
+    values = values - basis @ (basis.T @ values)
+
+    def squares(rows: NDArray[np.int64]) -> Array:
+        """Square of (height / standard error) of a step that begins at each of these samples; 0 if it is not separable."""
+        out = np.zeros(rows.size)
+        for first in range(0, rows.size, STEPS_PER_BLOCK):
+            stop_if_unwanted()
+            some = rows[first : first + STEPS_PER_BLOCK]
+            steps = (np.arange(series.n)[None, :] >= some[:, None]).astype(float)
+            white, _ = innovations(noise, series.times, there, steps)
+            white = white * root
+            known = white @ basis
+            size = (white**2).sum(axis=1) - (known**2).sum(axis=1)
+            # A step that is a sum of the known functions cannot be fitted separately.
+            own = size > 1e-9 * (white**2).sum(axis=1)
+            out[first : first + STEPS_PER_BLOCK] = np.where(
+                own, (white @ values) ** 2 / np.where(own, size, 1.0), 0.0
+            )
+        return out
+
+    rows = np.arange(2, series.n - 1, COARSE_DISTANCE, dtype=np.int64)
+    best = int(rows[np.argmax(squares(rows))])
+    near = np.arange(
+        max(1, best - COARSE_DISTANCE),
+        min(series.n - 1, best + COARSE_DISTANCE + 1),
+        dtype=np.int64,
+    )
+    height = squares(near)
+    if series.n * float(chdtrc(1, height.max())) >= FALSE_ALARM_PROBABILITY:
+        return None
+    return float(series.times[near[np.argmax(height)]])

@@ -19,7 +19,7 @@ from allanite.fit.likelihood.whitened import whitened_ordinates
 from allanite.fit.shapes.narrow import Window, ordinates_delta_logl
 from allanite.spectrum import bins_of
 from allanite.study.judgement import no_error_rises
-from allanite.suggestion.screens.narrow_bands import narrow_bands, widths_tried
+from allanite.suggestion.screens.spectral import narrow_bands, widths_tried
 
 RATE, LENGTH = 50.0, 90_000
 DURATION = LENGTH / RATE

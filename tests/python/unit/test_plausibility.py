@@ -10,7 +10,7 @@ import allanite as al
 from allanite.recording.at_rest import motion_error
 from allanite.recording.coarse_column import coarse_step_of, without_steps
 from allanite.recording.locked import locked_of
-from allanite.recording.markers import markers_of
+from allanite.recording.measured import markers_of
 from allanite.recording.repeats import polling_of
 from moving_records import ACCELS, GYROS, MOVING, at_rest, bus
 

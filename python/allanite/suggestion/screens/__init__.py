@@ -3,9 +3,8 @@
 Input: a `Context`, i.e. a fit and its residual. Output: `Candidate`. Add a search as a module here that declares its
 `Screen` as `SCREEN`; `suggest.py` runs all screens.
 
-Six modules are parts of a screen that have a method of their own: `narrow_bands` of `spectral`, `several_excursions` of
-`slow_functions`, `disturbance_ends` of `exclusions`, and `level_forms`, `level_borders` and `band_levels` of
-`level_changes`.
+Four modules are parts of a screen that have a method of their own: `several_excursions` of `slow_functions`, and
+`level_forms`, `level_borders` and `band_levels` of `level_changes`.
 """
 
 from allanite.suggestion.p_values import Family

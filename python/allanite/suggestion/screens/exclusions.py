@@ -26,11 +26,14 @@ from allanite.suggestion.constants import (
     MAX_EXCLUDED_FRACTION,
     MAX_EXCLUSION_PROBABILITY,
     MAX_EXPLAINED_REMAINDER,
+    MAX_QUIET_POWER_RATIO,
     MIN_DISTURBANCE_POWER_RATIO,
     MIN_NARROW_PEAK,
     MIN_ORDINATES,
     MIN_POWER_VALUES,
+    MIN_RINGING_POWER_RATIO,
     MIN_SEGMENT_SAMPLES,
+    WINDOW_PERIODS,
 )
 from allanite.suggestion.p_values import (
     Family,
@@ -39,7 +42,6 @@ from allanite.suggestion.p_values import (
     refined_interval,
 )
 from allanite.suggestion.screens._screen import Candidate, Context, Screen
-from allanite.suggestion.screens.disturbance_ends import without_ringing
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -54,11 +56,11 @@ MAX_PLACES = 1 << 14
 BANDS_PER_OCTAVE = 7
 #: Maximum number of segments elsewhere with which a disturbance is compared.
 SEGMENTS_ELSEWHERE = 16
-
-
 #: Interval of an octave with a disturbance: ln p, start and end as fractions of the record, relative power over time,
 #: degrees of freedom of each value.
 _SeenByOctave = tuple[float, float, float, NDArray[np.float64], float]
+#: Number of windows that begin within the length of one window.
+OVERLAPPING_WINDOWS = 4
 
 
 def end_outlier_scores(solution: Solution, data: Data) -> NDArray[np.float64]:
@@ -433,3 +435,49 @@ def delta_logl_of_octave_levels(
         counts = np.array([inside]), np.array([float(end - start)])
         total += float(delta_logl_of_two_levels(*counts, whole, float(power.size), freedom)[0])
     return total
+
+
+def without_ringing(
+    samples: NDArray[np.float64], low: int, high: int, first: float, last: float
+) -> tuple[float, float] | None:
+    """Pair (start, end) of the part of a segment that is really loud in an octave, as fractions of the record; or None.
+
+    The band-pass filter of an octave rings before and after a loud part, so the segment is too long. Power in short
+    windows (8 periods of the octave) does not ring. `low` and `high` are the ordinates of the octave; `first` and `last`
+    are the ends of the segment, as fractions of the record. None in three cases:
+
+    * The segment is shorter than two windows.
+    * Fewer than 64 windows lie outside of the segment.
+    * No window in the segment has 100 times the median power of the windows outside.
+    """
+    n = samples.size
+    length = WINDOW_PERIODS * 4 * n // (low + high)
+    start, end = round(first * n), round(last * n)
+    if end - start < 2 * length:
+        return None
+    window = np.hanning(length)
+    inside = slice(low * length // (2 * n), high * length // (2 * n) + 1)
+
+    def power(at: NDArray[np.int64]) -> NDArray[np.float64]:
+        """Array of the power within the octave in each window that begins at one of the samples `at`."""
+        pieces = np.lib.stride_tricks.sliding_window_view(samples, length)[at]
+        found = np.fft.rfft(pieces * window, axis=1)[:, inside]
+        return np.asarray((found.real**2 + found.imag**2).sum(axis=1))
+
+    hop = length // OVERLAPPING_WINDOWS
+    at = np.arange(max(0, start - length), min(n, end + length) - length + 1, hop)
+    others = np.concatenate(
+        [np.arange(0, start - length + 1, hop), np.arange(end, n - length + 1, hop)]
+    )
+    if others.size < MIN_POWER_VALUES:
+        return None
+    usual = float(np.median(power(others[:: others.size // MIN_POWER_VALUES])))
+    there = power(at) / usual if usual > 0.0 else np.zeros(at.size)
+    loud = at[there > MAX_QUIET_POWER_RATIO]
+    if not there.size or there.max() < MIN_RINGING_POWER_RATIO:
+        return None
+    half = length // 2
+    # A disturbance that reaches an end of the record begins or ends there.
+    begin = start if loud[0] <= half else max(start, int(loud[0]) + half)
+    close = end if loud[-1] + length + hop > n else min(end, int(loud[-1]) + half)
+    return (begin / n, close / n) if begin < close else None
