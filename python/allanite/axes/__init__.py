@@ -1,8 +1,6 @@
-"""Models of every axis of a sensor at once, and what the axes have in common.
+"""Models of every axis of a sensor at once (`characterize`), and what the axes have in common.
 
-Input: a recording with several columns (`characterize`). Output: a `Characterization`: a study for each column,
-common effects and lines, shared noise, and one table. Add a comparison between axes as a module here, and print its
-result in `rows.py` and `words.py`.
+Add a comparison between axes as a module here, and print its result in `rows.py` and `words.py`.
 """
 
 from __future__ import annotations

@@ -60,11 +60,10 @@ class Averaged:
 
 
 def averaged(recordings: Sequence[Recording], studies: Mapping[str, Study]) -> tuple[Averaged, ...]:
-    """Tuple of `Averaged`: weighted means of the columns that measure one axis, one for each such axis; often empty.
+    """Weighted mean of the columns that measure one axis, for each such axis; often empty.
 
-    Columns measure one axis if their names differ only in numbers (``gyro0_x``, ``gyro1_x``) and their units agree. Only
-    columns whose model has white noise (N) take part. An axis is omitted if an N is 0, the samples are angles, or the
-    record has fewer than 50 samples.
+    Columns measure one axis if their names differ only in numbers (``gyro0_x``, ``gyro1_x``) and their units agree.
+    Only columns whose model has white noise (N) take part.
     """
     found = []
     for recording in recordings:
@@ -84,9 +83,7 @@ def averaged(recordings: Sequence[Recording], studies: Mapping[str, Study]) -> t
 def _average_of(
     recording: Recording, names: Sequence[str], studies: Mapping[str, Study]
 ) -> Averaged | None:
-    """`Averaged`: mean of the named columns with weights proportional to 1/N², and its gain over the best column.
-
-    The gain is that of the Allan deviation at averaging times of 1, 10, 100, … samples.
+    """`Averaged` with weights proportional to 1/N², and its gain at averaging times of 1, 10, 100, … samples.
 
     None if an N is not above 0, the samples are angles, or the record has fewer than 50 samples.
     """

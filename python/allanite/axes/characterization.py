@@ -321,19 +321,13 @@ class Characterization:
 
 
 def common_of(studies: Mapping[str, Study]) -> Common:
-    """`Common`: effects, lines, events and noise that several characterized columns share.
-
-    Parameters
-    ----------
-    studies : mapping of str to Study
-        Studies of the columns of one recording, by name.
-    """
+    """`Common`: effects, lines, events and noise that the characterized columns of one recording share."""
     fits = {name: study.fit for name, study in studies.items()}
     groups = columns_by_sensor(fit.recording for fit in fits.values())
     cross = cross_spectra(fits)
 
     def sensor(names: tuple[str, ...]) -> Sensor:
-        """`Sensor` of the named columns: kind, columns, what their models have in common, and their cross spectra."""
+        """`Sensor` of the named columns."""
         own = {name: fits[name] for name in names}
         kind = kind_of_sensor(names[0], own[names[0]].recording.unit)
         within = tuple(c for c in cross if own.keys() >= {*c.columns})
@@ -362,17 +356,14 @@ def _sentences_by_section(
 
 
 def _wrapped_lines(text: str, width: int) -> list[str]:
-    """List of the lines of `text` wrapped at `width` characters, the first indented by 2 blanks, all others by 4.
-
-    Line breaks in `text` count as blanks.
-    """
+    """Lines of `text` wrapped at `width` characters, the first indented by 2 blanks, all others by 4."""
     return wrap(text, width, initial_indent="  ", subsequent_indent="    ")
 
 
 def _sensor_lines(sensor: Sensor, studies: Mapping[str, Study], width: int) -> list[str]:
-    """List of texts: lines of the table of one sensor, then its legend and the sentences on what its axes have in common.
+    """Lines of the table of one sensor, its legend, and the sentences on what its axes have in common.
 
-    If not all axes fit into `width` characters side by side, further tables with the other axes follow.
+    Axes that do not fit into `width` characters side by side are in further tables.
     """
     lines = []
     names = list(studies)

@@ -1,8 +1,8 @@
 """Cross-spectra of the residuals: do axes share noise?
 
-Residuals are whitened by their own models, so that the ordinates of a band have one variance and no spectral leakage. For
-independent axes, the squared coherence of K ordinates has P(> c) = (1 − c)^(K − 1) exactly (Bendat & Piersol, Random
-Data, 4th ed., 9.2.3).
+Residuals are whitened by their own models, so that the ordinates of a band have one variance and no spectral leakage.
+For independent axes, the squared coherence of K ordinates has P(> c) = (1 − c)^(K − 1) exactly (Bendat & Piersol,
+Random Data, 4th ed., 9.2.3).
 """
 
 from __future__ import annotations
@@ -65,11 +65,7 @@ class CrossBand:
     significant: bool
 
     def to_dict(self) -> dict[str, Any]:
-        """Dict for JSON: low_hz, high_hz, coherence, chance, phase_rad, correlation, interval, p_value and significant.
-
-        ``coherence`` is squared, and ``chance`` is its 95 % quantile for independent axes. ``interval`` is the 95 %
-        interval of ``correlation``.
-        """
+        """Dict for JSON of the attributes; ends in Hz (``low_hz``, ``high_hz``), and ``phase_rad``."""
         return fields_dict(self, low="low_hz", high="high_hz", phase="phase_rad")
 
 
@@ -91,10 +87,10 @@ class CrossSpectrum:
 
 
 def cross_spectra(fits: Mapping[str, Fit]) -> tuple[CrossSpectrum, ...]:
-    """Tuple of `CrossSpectrum`: coherence of the residuals, in octaves, for all pairs of columns of equal length and rate.
+    """Coherence of the residuals, in octaves, for all pairs of columns of equal length and rate.
 
-    Octaves in which a filter leaves almost no power on either column are omitted. A band is significant if its p-value is
-    below 0.01 divided by the number of bands of all pairs.
+    Octaves in which a filter leaves almost no power on either column are omitted. A band is significant if its p-value
+    is below 0.01 divided by the number of bands of all pairs.
     """
     pairs = {}
     for a, b in combinations(fits, 2):
@@ -119,10 +115,7 @@ def cross_spectra(fits: Mapping[str, Fit]) -> tuple[CrossSpectrum, ...]:
 
 
 def _whitened_transform(fit: Fit) -> NDArray[np.complex128]:
-    """Complex array, ``numpy.fft.rfft`` of the residual of a fit, filtered so that it is white noise if the model is right.
-
-    The first and last `end_samples` samples are set to 0 before the transform.
-    """
+    """``numpy.fft.rfft`` of the residual of a fit, filtered so that it is white noise if the model is right."""
     white = whitened_ordinates(fit.solution, fit.data, fit.solution.level)
     samples = _kernels.inverse_cosine_transform(white)
     # Behind a deep stop band the ends of the transform stand out on every axis, which would look coherent.
@@ -132,11 +125,7 @@ def _whitened_transform(fit: Fit) -> NDArray[np.complex128]:
 
 
 def _octave_edges(last: int) -> list[tuple[int, int]]:
-    """List of (first, end) indices of the Fourier frequencies of each octave, lowest octave first.
-
-    `end` is exclusive and at most `last`. Frequency 0 is excluded. Octaves with fewer than `MIN_BAND_ORDINATES`
-    frequencies are omitted.
-    """
+    """(first, end) indices of the Fourier frequencies of each octave with enough frequencies, lowest octave first."""
     out = []
     high = last
     while high - (low := high // 2) >= MIN_BAND_ORDINATES:
@@ -152,10 +141,9 @@ def _cross_band(
     step: float,
     level: float,
 ) -> CrossBand:
-    """`CrossBand`: coherence of two columns in the octave with the Fourier indices edge[0] to edge[1] − 1.
+    """`CrossBand` of the octave with the Fourier indices edge[0] to edge[1] − 1; significant if p < `level`.
 
-    `x` and `y` are the Fourier transforms of their whitened residuals, `step` is the frequency of index 1, Hz. The band is
-    significant if its p-value is below `level`.
+    `x` and `y` are the Fourier transforms of the whitened residuals, `step` is the frequency of index 1, Hz.
     """
     a, b = x[slice(*edge)], y[slice(*edge)]
     count = a.size

@@ -74,10 +74,7 @@ class Form:
 
     @property
     def agree(self) -> bool:
-        """True if no parameter differs significantly between the axes, at 5 % over all parameters together (Bonferroni).
-
-        Also True if no parameter can be compared.
-        """
+        """True if no parameter differs significantly between the axes, at 5 % over all parameters together (Bonferroni)."""
         least = min((n.pooled.p_value for n in self.numbers), default=1.0)
         return least * len(self.numbers) >= DIFFERENCE_LEVEL
 
@@ -88,16 +85,7 @@ class Form:
 
 
 def common_form(fits: Mapping[str, Fit]) -> Form | None:
-    """`Form`: the effects that all axes have in common; None for fewer than two axes or without a common noise process.
-
-    An effect belongs to the form if each axis detects it, or has a record that is compatible with its values on another
-    axis. If no axis detects an effect, it belongs to the form if every model has it.
-
-    Parameters
-    ----------
-    fits : mapping of str to Fit
-        Last fit of each column.
-    """
+    """`Form`: the effects that all axes have in common; None for fewer than two axes or without a common noise process."""
     if len(fits) < 2:
         return None
     labels = labels_of([fit.model for fit in fits.values()])
@@ -130,8 +118,7 @@ class _Axis:
     def detects(self, label: str) -> bool:
         """True if the model of this axis has the effect with this `label`, and the fit detects it.
 
-        A noise process is detected if its coefficient is; a coefficient without an estimate counts as detected. Effects
-        of other kinds are always detected.
+        A noise process is detected if its coefficient is; effects of other kinds are always detected.
         """
         effect = self.effects.get(label)
         if not isinstance(effect, Stochastic):
@@ -150,9 +137,9 @@ class _Axis:
     def allows(self, label: str, other: _Axis) -> bool:
         """True if the record of this axis is compatible with the effect `label` at the values that the `other` axis has.
 
-        The effect is added (or replaces the own one) with fixed values; a noise coefficient is the lower end of its 95 %
-        interval on the `other` axis. The other effects are fitted again. True if logL is at most 1.92 (½ χ²₁, 95 %) lower
-        than before. False without a fit if the model of this axis lacks the effect and is not adequate.
+        The effect is added (or replaces the own one) with fixed values; a noise coefficient is the lower end of its 95
+        % interval on the `other` axis. The other effects are fitted again. True if logL is at most 1.92 (½ χ²₁, 95 %)
+        lower than before. False without a fit if the model of this axis lacks the effect and is not adequate.
         """
         if label not in self.effects and not self.fit.adequate:
             return False
@@ -179,8 +166,8 @@ class _Axis:
 def _belongs_to_form(label: str, axes: Sequence[_Axis]) -> bool:
     """True if all axes can share the effect `label`, so that it belongs to their common model.
 
-    If some axes detect the effect, the record of every other axis must be compatible with the values on one of them. If no
-    axis detects the effect, the model of every axis must contain it.
+    The record of each axis that does not detect it must allow the values of one that does. If no axis detects it, all
+    models must contain it.
     """
     detecting = [axis for axis in axes if axis.detects(label)]
     if not detecting:
@@ -192,8 +179,7 @@ def _belongs_to_form(label: str, axes: Sequence[_Axis]) -> bool:
 def _agreements(label: str, axes: Sequence[_Axis]) -> Iterator[Agreement]:
     """Yield an `Agreement` for each parameter of the effect `label`: mean over the axes, and p-value of equality.
 
-    Only axes that detect the effect and have a standard error of the parameter are compared. A parameter is left out if
-    it is derived from others, fewer than two axes remain, or their units cannot be converted to that of the first axis.
+    Only axes that detect the effect and have a standard error of the parameter are compared.
     """
     detecting = [axis for axis in axes if axis.detects(label)]
     for parameter in detecting[0].effects[label].parameters if detecting else ():
@@ -216,11 +202,10 @@ def _agreements(label: str, axes: Sequence[_Axis]) -> Iterator[Agreement]:
 
 
 def labels_of(models: Sequence[Model]) -> list[tuple[str, ...]]:
-    """List of one tuple per model: the labels of its effects, such as ``GM`` or ``SIN2``, in the order of the model.
+    """Labels of the effects of each model, such as ``GM`` or ``SIN2``, equal for corresponding effects of different axes.
 
-    Corresponding effects of different axes get the same label. If a model has several effects of one kind, labels are
-    numbered by ascending first shape parameter on the axis with the most effects of this kind. On the other axes each
-    effect gets the label with the nearest shape parameter (least sum of distances).
+    If a model has several effects of one kind, labels are numbered by ascending first shape parameter on the axis with
+    the most effects of this kind.
     """
     shapes_of: dict[str, list[float]] = {}
     for model in models:
@@ -231,10 +216,10 @@ def labels_of(models: Sequence[Model]) -> list[tuple[str, ...]]:
 
 
 def _labels_of_model(model: Model, shapes_of: Mapping[str, Sequence[float]]) -> tuple[str, ...]:
-    """Tuple of labels, one for each effect of a model in its order, such as ``SIN`` and ``SIN2``.
+    """Labels of the effects of a model, such as ``SIN`` and ``SIN2``.
 
     `shapes_of` maps a kind of effect to the log frequencies (or other first shapes) of label ``SIN``, ``SIN2``, and so
-    on. The effects of a kind are assigned to labels so that the sum of the distances |ln shape − given value| is least.
+    on. The sum of the distances |ln shape − given value| is least.
     """
     from scipy.optimize import linear_sum_assignment
 

@@ -88,10 +88,9 @@ class _Occurrence:
 
 
 def common_lines(fits: Mapping[str, Fit]) -> tuple[CommonLine, ...]:
-    """Tuple of `CommonLine`, lowest frequency first: frequencies that agree within their errors on several columns.
+    """`CommonLine`, lowest frequency first: frequencies that agree within their errors on several columns.
 
-    They are frequencies of lines and of bands of noise, and the rates at which bands or noise levels repeat. Empty if no
-    frequency agrees.
+    They are frequencies of lines and of bands of noise, and the rates at which bands or noise levels repeat.
     """
     return tuple(CommonLine(*_merged(group)) for group in _agreeing_groups(fits, _frequencies))
 
@@ -108,10 +107,9 @@ def common_events(fits: Mapping[str, Fit]) -> tuple[CommonEvent, ...]:
 def _agreeing_groups(
     fits: Mapping[str, Fit], occurrences_of: Callable[[str, Fit], list[_Occurrence]]
 ) -> list[list[_Occurrence]]:
-    """List of groups (lists) of frequencies or times on several columns that agree within their errors, lowest value first.
+    """Groups of frequencies (Hz) or times (s) on several columns that agree within their errors, lowest value first.
 
-    An `_Occurrence` is one frequency (Hz) or time (s) of one column, with its standard error. `occurrences_of` returns
-    those of one column. Groups in which only one column occurs are omitted.
+    `occurrences_of` returns those of one column.
     """
     seen = sorted(
         (s for pair in fits.items() for s in occurrences_of(*pair)), key=lambda s: s.value
@@ -126,11 +124,11 @@ def _agreeing_groups(
 
 
 def _frequencies(column: str, fit: Fit) -> list[_Occurrence]:
-    """List of `_Occurrence` (frequency in Hz, standard error, column, kind): one per line, notch and band of a fit.
+    """Frequencies of the lines, notches and bands of a fit.
 
     A band that moves has its mean frequency, and a line that drifts its frequency at the first sample. Rates at which
-    bands or noise levels repeat follow, unless a frequency in the list agrees with them.
-    Frequencies without a standard error are omitted.
+    bands or noise levels repeat follow, unless a frequency in the list agrees with them. Frequencies without a standard
+    error are omitted.
     """
     out: list[_Occurrence] = []
     repeating: list[_Occurrence] = []
@@ -160,10 +158,7 @@ def _frequencies(column: str, fit: Fit) -> list[_Occurrence]:
 
 
 def _event_times(column: str, fit: Fit) -> list[_Occurrence]:
-    """List of `_Occurrence`: time (s), its standard error and kind of each step, excursion or other single event of a fit.
-
-    The time is that at which the event begins. Events whose time has no standard error are left out.
-    """
+    """Time (s) at which each step, excursion or other single event of a fit begins, if it has a standard error."""
     out = []
     for effect, values in zip(fit.model, fit.estimates, strict=True):
         if not isinstance(effect, Deterministic) or not effect.happens_once:
@@ -179,10 +174,9 @@ def _event_times(column: str, fit: Fit) -> list[_Occurrence]:
 
 
 def _excursion_times(column: str, fit: Fit, effect: Deterministic) -> list[_Occurrence]:
-    """List of `_Occurrence`: start time in s of each excursion that the effect describes, with its standard error.
+    """Start time in s of each excursion (temporary change of the bias) that the effect describes, if it has an error.
 
-    An excursion is a temporary change of the bias. Times without a standard error are omitted. Empty if the amplitudes of
-    the effect are not part of the fit.
+    Empty if the amplitudes of the effect are not part of the fit.
     """
     own = next(own for own in fit.solution.effects if own.effect == effect)
     out = []
@@ -203,10 +197,7 @@ def _weighted_mean(group: list[_Occurrence]) -> tuple[float, float]:
 
 
 def _belongs_to(group: list[_Occurrence], line: _Occurrence) -> bool:
-    """True if `line` agrees, within the errors, with the weighted mean of the `group`.
-
-    False if the group already has an entry of the column of `line`.
-    """
+    """True if `line` agrees, within the errors, with the weighted mean of a `group` without its column."""
     if line.column in {s.column for s in group}:
         return False
     mean, error = _weighted_mean(group)
@@ -221,10 +212,9 @@ def _agree(one: _Occurrence, other: _Occurrence) -> bool:
 def _merged(
     group: list[_Occurrence],
 ) -> tuple[float, float, tuple[str, ...], tuple[str, ...], float]:
-    """Tuple that combines the frequencies or times of a group: (mean, standard error, columns, kinds, p-value).
+    """(mean, standard error, columns, kinds, p-value) of a group of frequencies or times.
 
-    The mean has weights 1/error². Columns and kinds are tuples with one str per entry of the group. The p-value is that
-    of a χ² test that all entries are equal.
+    The mean has weights 1/error². The p-value is that of a χ² test that all entries are equal.
     """
     from scipy.special import chdtrc
 

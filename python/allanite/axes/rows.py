@@ -36,10 +36,10 @@ class Row:
 
 
 def rows(studies: Mapping[str, Study]) -> list[Row]:
-    """List of `Row` of the table of axes, each with one text per study.
+    """Rows of the table of axes, each with one text per study.
 
-    The first row has the names of the models. Each parameter follows, in the unit of data sheets with its interval, then
-    in other units without. The last two rows are δ, the model discrepancy in %, and the verdict.
+    The first row has the names of the models. Each parameter follows, in the unit of data sheets with its interval,
+    then in other units without. The last two rows are δ, the model discrepancy in %, and the verdict.
     """
     fits = [study.fit for study in studies.values()]
     out = [Row("model", tuple(fit.model.name for fit in fits))]
@@ -72,8 +72,7 @@ _Cell = tuple["Effect", "Parameter", Any]
 def _cells_of(fit: Fit, labels: Sequence[str]) -> Iterator[tuple[str, _Cell]]:
     """Yield (row label, (effect, parameter, estimate)) for each fitted parameter that the table of axes shows.
 
-    `labels` are the labels of the effects of the fitted model, one each. A row label is ``N``, or effect label and
-    parameter such as ``GM sigma``. Effects of one kind follow each other. Parameters without an estimate are left out.
+    A row label is ``N``, or effect label and parameter such as ``GM sigma``. Effects of one kind follow each other.
     """
     kinds = [effect.kind for effect in fit.model]
     labeled_effects = zip(fit.model, fit.estimates, labels, strict=True)
@@ -90,11 +89,11 @@ def _cells_of(fit: Fit, labels: Sequence[str]) -> Iterator[tuple[str, _Cell]]:
 
 
 def _parameter_rows(label: str, cells: Sequence[_Cell | None], fits: Sequence[Fit]) -> list[Row]:
-    """List of `Row` of the table of axes for one parameter, one for each unit in which it is shown.
+    """Rows of the table of axes for one parameter, one for each unit in which it is shown.
 
-    `cells` has one entry per axis, None where the axis lacks the parameter. The first row is in the data-sheet unit, with
-    intervals. Further rows, in other units and in the SI unit, have values only. If the units of the axes cannot be
-    converted (such as per °C), each unit has its own row, with intervals, for the axes with this unit.
+    `cells` has one entry per axis, None where the axis lacks the parameter. The first row is in the data-sheet unit,
+    with intervals. If the units of the axes cannot be converted (such as per °C), each unit has its own row, with
+    intervals, for the axes with this unit.
     """
     unit = fits[0].recording.unit
     kind = parse_unit(unit).kind
@@ -127,11 +126,9 @@ def _parameter_rows(label: str, cells: Sequence[_Cell | None], fits: Sequence[Fi
 
 
 def _cell_text(cell: _Cell | None, unit: str | None = None, *, interval: bool = True) -> str:
-    """Text of an entry (effect, parameter, estimate) in the table of axes: value and 95 % interval, in `unit` if given.
+    """Text of an entry in the table of axes, without its unit: value and 95 % interval, in `unit` if given.
 
-    The text has no unit. None, or a parameter that was not detected and has no interval, gives a dash. Other parameters
-    that were not detected give ``< limit``. A value without an interval has four digits; if it was not fitted, the reason
-    follows in brackets. With `interval` False, detected values have four digits only.
+    Without a value or limit, it is a dash. With `interval` False, detected values have four digits only.
     """
     if cell is None:
         return ABSENT

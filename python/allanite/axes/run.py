@@ -123,8 +123,8 @@ def characterize(
 def _without_search_data(study: Study) -> Study:
     """Copy of a study that needs less memory: its last check keeps only the significant and the first two suggestions.
 
-    Each suggestion holds a fit, which is as large as the record. Side effect: the fits of all steps of `study` clear the
-    data that they cached for the search.
+    Each suggestion holds a fit, which is as large as the record. Side effect: the fits of all steps of `study` clear
+    the data that they cached for the search.
     """
     check = study.check
     for rung in study.ladder:
@@ -146,9 +146,7 @@ def improve_columns(
 ) -> list[Study | AllaniteError]:
     """List with one entry per column: its `Study`, or the `AllaniteError` that explains why there is none.
 
-    `models` are the initial models of the columns. The other parameters are those of `characterize`. Columns are computed
-    in parallel and share `seconds`. (`allanite.improve_columns` gives `seconds` to each column.) Other exceptions are
-    raised.
+    Columns are computed in parallel and share `seconds`. (`allanite.improve_columns` gives `seconds` to each column.)
     """
     end = None
     if seconds is not None:
@@ -158,8 +156,7 @@ def improve_columns(
     def time_share() -> float | None:
         """Time limit in s for the column that begins now, its share of the remaining time; None without a limit.
 
-        With k columns waiting, it is the remaining time × (columns in parallel, at most k) / k, but at least 1 ms. Side
-        effect: removes one column from `waiting`.
+        Removes one column from `waiting`.
         """
         left = len(waiting)
         waiting.pop()
@@ -168,18 +165,11 @@ def improve_columns(
         return max((end - time.monotonic()) * min(max_parallel_columns(), left) / left, MIN_SECONDS)
 
     def study(column: Recording, model: Start) -> Study:
-        """`Study` of one column within its share of the time.
-
-        Calls `on_progress` when the column ends (also with an error), and then `on_study` with the study. Data that only
-        the search needs are deleted from the study.
-        """
+        """`Study` of one column within its share of the time; calls `on_progress` at its end, also after an error."""
         name, most = column.columns[0], limit + 1
 
         def report(done: int, _total: int) -> None:
-            """Call ``on_progress(name, done, most)`` after a step, where `most` is the maximum number of steps.
-
-            Does nothing if `on_progress` is None, or for the last step, which `study` itself reports.
-            """
+            """Call ``on_progress(name, done, most)`` after each step but the last one, which `study` itself reports."""
             if on_progress is not None and done < most:
                 on_progress(name, done, most)
 

@@ -77,11 +77,11 @@ _Pair = tuple[tuple[str, str], "CrossBand"]
 def shared_noise(
     cross: Sequence[CrossSpectrum], lines: Sequence[CommonLine], fits: Mapping[str, Fit]
 ) -> tuple[SharedNoise, ...]:
-    """Tuple of `SharedNoise`, one for each source of coherent noise on several columns; empty without significant noise.
+    """One `SharedNoise` for each source of coherent noise on several columns; empty without significant noise.
 
     A common line is the source in an octave of a pair if it explains at least half of the measured coherence. All other
-    pairs with a column in common in one octave have one source. Sources in adjacent octaves are merged if one has all the
-    columns of the other. Lines come first, then the other sources by frequency.
+    pairs with a column in common in one octave have one source. Sources in adjacent octaves are merged if one has all
+    the columns of the other. Lines come first, then the other sources by frequency.
     """
     of_lines: dict[CommonLine, list[_Pair]] = {}
     unexplained: list[_Pair] = []
@@ -115,10 +115,9 @@ def shared_noise(
 def _noise_of_pairs(
     columns: tuple[str, ...], pairs: Sequence[_Pair], line: CommonLine | None
 ) -> SharedNoise:
-    """`SharedNoise` of the given `columns`: frequency range of all `pairs`, and the coherence of the clearest pair.
+    """`SharedNoise` of `columns`: frequency range of all `pairs`, and the coherence of the clearest pair.
 
-    A pair is two column names with their coherence in one octave. The clearest pair has the largest coherence relative to
-    the 95 % quantile for independent columns. `line` is the common spectral line that causes the noise, or None.
+    The clearest pair has the largest coherence relative to the 95 % quantile for independent columns.
     """
     # For few ordinates, independent axes have a larger coherence.
     pair, band = max(pairs, key=lambda one: one[1].coherence / one[1].chance)
@@ -132,10 +131,7 @@ def _columns_of_pairs(pairs: Iterable[_Pair]) -> set[str]:
 
 
 def _are_neighbors(one: Sequence[_Pair], other: Sequence[_Pair]) -> bool:
-    """True if two groups of coherent column pairs lie in adjacent octaves, and one group has all columns of the other.
-
-    They then count as one shared noise. All pairs of a group are of the same octave.
-    """
+    """True if two groups of coherent column pairs lie in adjacent octaves, and one group has all columns of the other."""
     (_, a), (_, b) = one[0], other[0]
     if a.high != b.low and a.low != b.high:
         return False
@@ -156,10 +152,7 @@ def _connected_groups(items: Iterable[T], joins: Callable[[T, T], bool]) -> list
 def _coherence_of_line(
     line: CommonLine, pair: tuple[str, str], band: CrossBand, fits: Mapping[str, Fit]
 ) -> float:
-    """Squared coherence of a pair of columns in the octave `band`, if one spectral line is the same signal on both.
-
-    It follows from the share of the line in the power of each column. 0 if `line` is not on both columns.
-    """
+    """Squared coherence of two columns in the octave `band`, if one spectral line is the same signal on both, or 0."""
     shares = [_resonance_share(line, name, fits[name]) for name in pair if name in line.columns]
     if len(shares) < 2:
         return 0.0
@@ -170,10 +163,10 @@ def _coherence_of_line(
 
 
 def _resonance_share(line: CommonLine, column: str, fit: Fit) -> Array:
-    """Array, shape (bins,): share of the fitted spectrum of `column` that one resonance causes, in each bin of frequency.
+    """Share of the fitted spectrum of `column` that one resonance causes, in each frequency bin.
 
-    The resonance is the random process of the line's kind whose band is nearest to the line. All shares are 0 if the fit
-    has no such process, for example if the line is a sinusoid.
+    The resonance is the random process of the line's kind whose band is nearest to the line. All shares are 0 if the
+    fit has no such process, for example if the line is a sinusoid.
     """
     kind = line.kinds[line.columns.index(column)]
     own = [process for process in fit.solution.processes if process.effect.kind == kind]

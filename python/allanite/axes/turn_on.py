@@ -77,16 +77,9 @@ class TurnOn:
 def turn_on_biases(
     first: Sequence[Recording], others: Sequence[Sequence[Recording]]
 ) -> dict[str, TurnOn]:
-    """Dict from column name to the `TurnOn` (bias at switch-on) of each column that `first` and another log have.
+    """`TurnOn` (bias at switch-on) of each column that `first` and another log have, by name, in the unit of `first`.
 
-    Values are in the unit of `first`. Empty without other logs. Raises `InputError` if units of a column differ in kind.
-
-    Parameters
-    ----------
-    first : sequence of Recording
-        The log that is characterized.
-    others : sequence of sequence of Recording
-        Further logs of the same sensor, each after another switch-on.
+    Raises `InputError` if units of a column differ in kind.
     """
     out = {}
     for one in first:
@@ -118,16 +111,7 @@ def turn_on_bias(
 ) -> TurnOn:
     """`TurnOn`: mean and standard deviation of the bias over several logs of one sensor, and its dependence on temperature.
 
-    The temperature is the logged column that explains most of the differences, if one is significant.
-
-    Parameters
-    ----------
-    biases : sequence of float
-        Mean of each log, at least two.
-    temperatures : sequence of mapping of str to float
-        Mean of each logged column, by name, for each log.
-    unit : str
-        Unit of the biases.
+    `biases` are the means of the logs, at least two; `temperatures` the means of their logged columns, by name.
     """
     from scipy.stats import chi2
 
@@ -145,11 +129,10 @@ def turn_on_bias(
 def _best_temperature(
     means: Array, temperatures: Sequence[Mapping[str, float]]
 ) -> tuple[str, float, float, float]:
-    """Tuple (name, R², residual standard deviation, slope) of the logged column that explains the bias `means` best.
+    """(name, R², residual standard deviation, slope) of the logged column that explains the bias `means` best.
 
-    `means` has the bias and `temperatures` the means of the logged columns by name, one entry per log. For each column, a
-    straight line is fitted over the logs; R² is corrected for its degrees of freedom. The result is ("", 0, 0, 0) for
-    fewer than 4 logs, or if no line is significant (5 % over all columns).
+    R² of the straight line over the logs is corrected for its degrees of freedom. The result is ("", 0, 0, 0) for fewer
+    than 4 logs, or if no line is significant (5 % over all columns).
     """
     from scipy.stats import linregress
 

@@ -47,11 +47,10 @@ class Twin:
 
 
 def sample_statistics(study: Study) -> dict[str, Any]:
-    """Dict for JSON of a column's sample statistics: mean, minimum, maximum, step, clipped and references.
+    """Dict for JSON of a column's samples: mean, minimum, maximum, step, clipped and references.
 
-    `step` is the quantization step or None; `clipped` lists the values at which samples were clipped. If the samples are
-    increments or angles, not rates, `step` is None and `clipped` is empty. `references` maps each logged column to
-    its mean.
+    `step` is the quantization step or None; `clipped` lists the values at which samples were clipped. Increments and
+    angles have neither. `references` maps each logged column to its mean.
     """
     recording = study.recording
     x = recording.rate_samples()
@@ -158,9 +157,9 @@ def twin(
 
 
 def _unsimulated_shared_noise(common: Mapping[str, Any]) -> list[str]:
-    """List of sentences, one for each noise that several axes share; a simulation of independent axes cannot contain it.
+    """Sentences on the noise that several axes share, from the entry ``common``; independent axes cannot contain it.
 
-    `common` is the entry ``common`` of a saved characterization. Shared noise that is due to a common sinusoid is left out.
+    Shared noise that is due to a common sinusoid is left out.
     """
     steady = {cls.kind for cls in CATALOG if issubclass(cls, Deterministic)}
     lines = {line["frequency_hz"] for line in common.get("lines", ()) if steady >= {*line["kinds"]}}
@@ -175,7 +174,7 @@ def _unsimulated_shared_noise(common: Mapping[str, Any]) -> list[str]:
 def _simulatable_model(
     model: Model, covariates: Mapping[str, ArrayLike]
 ) -> tuple[Model, list[str]]:
-    """Tuple (model of the effects that can be simulated, list of a sentence on each omitted effect).
+    """(model of the effects that can be simulated, a sentence on each omitted effect).
 
     Omitted are outliers (excluded samples), and effects of logged columns that are not given.
     """
@@ -193,11 +192,10 @@ def _simulatable_model(
 
 
 def _without_rounding(model: Model, step: float | None, rate: float) -> tuple[Model, float | None]:
-    """Tuple (model, step): simulate this model and round to this quantization step; step None means no rounding.
+    """(model, step): simulate this model and round to this quantization step; step None means no rounding.
 
-    Rounding adds white noise of variance step²/12, so the white noise of the returned model is smaller by this amount. If
-    that is more than half of the white noise, or without a step or white noise, or with a filter, the result is (`model`,
-    None).
+    Rounding adds white noise of variance step²/12, so the white noise of the returned model is smaller by this amount.
+    If that is more than half of the white noise, or with a filter, the result is (`model`, None).
     """
     white = model.white
     filtered = any(not (e.passing or e.removes) for e in model.modifiers)
@@ -213,11 +211,9 @@ def _without_rounding(model: Model, step: float | None, rate: float) -> tuple[Mo
 
 
 def _as_recorded(samples: Array, known: Mapping[str, Any], step: float | None) -> Array:
-    """Array of simulated `samples` as the sensor would record them: with its mean, rounded and clipped.
+    """Simulated `samples` as the sensor would record them: with its mean, rounded to `step`, and clipped.
 
-    `known` is the dict of `sample_statistics`. The mean is added first. Then the samples are rounded to multiples of
-    `step`, unless that is None. Last, they are clipped at the values in ``known["clipped"]``, which is empty or missing
-    for a sensor that did not clip.
+    `known` is the dict of `sample_statistics`.
     """
     out = samples + float(known.get("mean", 0.0))
     if step is not None:

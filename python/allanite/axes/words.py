@@ -36,10 +36,7 @@ def title(found: Characterization) -> str:
 
 
 def common_form_sentences(sensor: Sensor) -> list[str]:
-    """List of sentences on the axes of one sensor: their common effects, and parameters that agree or differ.
-
-    A last sentence follows if the residuals are uncorrelated. Empty for a sensor of one column.
-    """
+    """Sentences on the axes of one sensor: their common effects, and parameters that agree or differ."""
     if len(sensor.columns) < 2:
         return []
     if sensor.form is None:
@@ -89,10 +86,7 @@ def _difference_text(number: Agreement, sensor: Sensor) -> str:
 
 
 def _agreement_text(number: Agreement, sensor: Sensor) -> str:
-    """Text ``N = 0.3 (0.2 … 0.4) °/√h, p 0.4``: mean of a parameter over the axes, its interval, and p-value of equality.
-
-    The compared axes follow if they are not all axes of the sensor.
-    """
+    """Text ``N = 0.3 (0.2 … 0.4) °/√h, p 0.4``: mean over the axes, its interval, and p-value of equality."""
     pooled, declared = number.pooled, number.parameter
     value = Estimate(pooled.value, None, pooled.interval, pooled.unit)
     value = in_sheet_unit(value, declared)
@@ -103,9 +97,9 @@ def _agreement_text(number: Agreement, sensor: Sensor) -> str:
 
 
 def remarks(found: Characterization, words: Mapping[str, str] = CALL) -> list[str]:
-    """List of texts below a table: failed columns, warnings of the audit, inadequate models, alternative explanations.
+    """Texts below a table: failed columns, warnings of the audit, inadequate models, alternative explanations.
 
-    A column without a unit is a remark, too. For an inadequate model, only its first failing range or doubt is stated.
+    For an inadequate model, only its first failing range or doubt is stated.
     """
     out = [f"{name}: not characterized: {why}" for name, why in found.failed.items()]
     warned = merged(f for study in found.studies.values() for f in study.recording.audit)

@@ -1,6 +1,6 @@
 """Noise of a sensor at work: what a second log, with motors or engine running, adds to the model of the first log.
 
-The log at rest gives the noise of the sensor. The spectrum of the working log adds vibration and motion:
+The spectrum of the working log adds vibration and motion to the noise at rest:
 
 * Lines are single frequencies far above their neighbors. Multiples that fold at half of the rate are named as aliases.
 * Motion is excess that falls from the lowest frequency on, below 10 Hz: no vehicle is steered faster. A filter must follow
@@ -134,11 +134,7 @@ class Working:
 
     @property
     def reasons(self) -> list[str]:
-        """List of ASCII sentences, one for each kind of noise that the running motors add to the noise at rest.
-
-        White noise N is listed if it grew by over 10 %, then bands, lines and motion. Without any, the only sentence is
-        "nothing above the noise at rest".
-        """
+        """ASCII sentences, one for each kind of noise that the running motors add to the noise at rest."""
         out = []
         if self.level > 1.0 + MIN_REPORTED_EXCESS:
             half = 0.5 * self.rate
@@ -174,16 +170,7 @@ class Working:
 def working_states(
     studies: Mapping[str, Study], recordings: Sequence[Recording]
 ) -> dict[str, Working]:
-    """Dict from column name to `Working`: the noise model of a column, with the noise that running motors add.
-
-    `studies` are those of the log at rest, `recordings` the log with running motors. A column that only one of the two
-    logs has is left out.
-
-    Raises
-    ------
-    InputError
-        A model without white noise.
-    """
+    """`Working` of each column that both logs have, by name; `studies` are those of the log at rest."""
     at_work = {column.columns[0]: column for one in recordings for column in one.measured}
     return {
         name: _working_state(s.fit, at_work[name]) for name, s in studies.items() if name in at_work
@@ -223,10 +210,10 @@ def check_working(quiet: Sequence[Recording], recordings: Sequence[Recording]) -
 def _working_state(fit: Fit, log: Recording) -> Working:
     """`Working`: noise of one column while motors run, from its fit at rest and a recording of the same column at work.
 
-    The coefficient N is raised by the mean excess of the measured spectral density over the model. The excess is averaged
-    above the frequencies of motion, up to 10 Hz or twice the highest frequency of motion, whichever is larger, but at most
-    a quarter of the rate. Spectral lines, and bands of vibration above this range, become sinusoids of the same rms in the
-    model. Raises `InputError` if the model at rest has no white noise.
+    N is raised by the mean excess of the measured spectral density over the model. The excess is averaged above the
+    frequencies of motion, up to 10 Hz or twice the highest frequency of motion, whichever is larger, but at most a
+    quarter of the rate. Spectral lines, and bands of vibration above this range, become sinusoids of the same rms in
+    the model.
     """
     recording = fit.recording
     model = fit.model.steady((0.0, recording.duration))
@@ -284,10 +271,7 @@ def _working_state(fit: Fit, log: Recording) -> Working:
 
 
 def _welch_spectrum(log: Recording) -> tuple[Array, Array, int, float]:
-    """Tuple (frequencies in Hz, two-sided Welch density in U²/Hz, number of averaged segments, variance of the samples).
-
-    The three lowest frequencies and the last one are omitted. Missing samples are filled by `bridge_gaps`.
-    """
+    """(frequencies in Hz, two-sided Welch density in U²/Hz, number of averaged segments, variance of the samples)."""
     from scipy.signal import welch
 
     x = bridge_gaps(log.rate_samples())
@@ -300,10 +284,10 @@ def _welch_spectrum(log: Recording) -> tuple[Array, Array, int, float]:
 def _lines_and_smooth_spectrum(
     f: Array, S: Array, nu: float, rate: float
 ) -> tuple[tuple[Line, ...], Array]:
-    """Tuple (spectral lines, spectral density without them) of the density `S` at the frequencies `f`.
+    """(spectral lines, spectral density without them) of the density `S` at the frequencies `f`.
 
-    At a line, the density is replaced by the median of its surroundings. `nu` is the number of degrees of freedom of each
-    density, `rate` the sampling rate in Hz. In pure noise, one spectrum in 1000 has a line.
+    At a line, the density is replaced by the median of its surroundings. `nu` is the number of degrees of freedom of
+    each density, `rate` the sampling rate in Hz. In pure noise, one spectrum in 1000 has a line.
     """
     from scipy.ndimage import median_filter
     from scipy.stats import chi2
@@ -325,18 +309,16 @@ def _lines_and_smooth_spectrum(
 
 
 def _with_harmonics(lines: list[Line], width: float, rate: float) -> list[Line]:
-    """List of the given `lines` (spectral lines), in which harmonics of one base line carry their order and its frequency.
+    """The given `lines`, in which harmonics of one base line carry their order and its frequency.
 
     The base is the line with the most harmonics among the others; of several such lines, the one with the largest rms.
-    Multiples above half of `rate` are compared at their alias. `width` is the frequency resolution, Hz. Fewer than two
-    lines are returned as they are.
+    `width` is the frequency resolution, Hz.
     """
 
     def harmonics_of(base: Line) -> dict[int, int]:
-        """Dict of the harmonics of the line `base`: index of a line in `lines` → order k, from 2 to 12.
+        """Index of each harmonic of the line `base` in `lines` → its lowest order k, from 2 to 12.
 
-        A line is a harmonic if its frequency is within k resolution widths of k times that of `base`. Multiples above half
-        the sampling rate are compared at their alias. If several k fit, the lowest counts. `base` itself is not included.
+        A line is a harmonic if its frequency is within k resolution widths of k times that of `base`, or of its alias.
         """
         out: dict[int, int] = {}
         for k in range(2, MAX_MULTIPLE + 1):
@@ -360,9 +342,9 @@ def _with_harmonics(lines: list[Line], width: float, rate: float) -> list[Line]:
 def _end_of_motion(f: Array, S: Array, quiet: Array, nu: float) -> float:
     """Frequency in Hz below which the log shows motion; f[0], the lowest frequency, if there is no motion.
 
-    `S` and `quiet` are the spectral densities at work and at rest at the frequencies `f`; each S has `nu` degrees of
-    freedom. The excess S − quiet is averaged in third octaves below 10 Hz. Motion ends where the third octave with the
-    least excess begins. It exists only if a lower third octave has more excess, by over 4 standard errors.
+    `S` and `quiet` are the spectral densities at work and at rest; each S has `nu` degrees of freedom. The excess S −
+    quiet is averaged in third octaves below 10 Hz. Motion ends where the third octave with the least excess begins. It
+    exists only if a lower third octave has more excess, by over 4 standard errors.
     """
     top = min(MAX_MOTION_FREQUENCY, f[-1] / 2.0)
     count = max(2, int(BANDS_PER_OCTAVE * np.log2(top / f[0])) + 1)
@@ -382,12 +364,11 @@ def _end_of_motion(f: Array, S: Array, quiet: Array, nu: float) -> float:
 
 
 def _vibration_bands(f: Array, S: Array, floor: Array, low: float) -> tuple[list[Any], float]:
-    """Tuple (bands, end): third octaves above `low` Hz with vibration, and the frequency (Hz) where the noise floor ends.
+    """(bands, end): third octaves above `low` Hz with vibration, and the frequency (Hz) where the noise floor ends.
 
-    `S` is the measured and `floor` the expected spectral density at the frequencies `f`. A band is the tuple (lowest,
-    highest frequency in Hz, rms of the excess over the floor). A third octave is listed if its power exceeds that of the
-    floor by more than 10 %. The floor ends where the first third octave begins whose power is below half of the floor's
-    power; otherwise at f[-1].
+    A band is (lowest, highest frequency in Hz, rms of the excess over the floor); its power exceeds that of the floor
+    by more than 10 %. The floor ends where the first third octave begins whose power is below half of the floor's
+    power.
     """
     high = float(f[-1])
     count = max(1, round(BANDS_PER_OCTAVE * float(np.log2(high / low))))
@@ -405,11 +386,7 @@ def _vibration_bands(f: Array, S: Array, floor: Array, low: float) -> tuple[list
 
 
 def _merge_adjacent(bands: list[Any], width: float) -> tuple[Any, ...]:
-    """Tuple of (lowest frequency in Hz, highest frequency in Hz, rms), one per band, after merging adjacent `bands`.
-
-    `bands` ascend in frequency. Two are adjacent if less than 1.5 `width` (Hz) lies between them. The rms of a merged band
-    is the root of the sum of the squares.
-    """
+    """Bands (lowest, highest frequency in Hz, rms) after merging those with less than 1.5 `width` (Hz) between them."""
     out: list[list[float]] = []
     for low, high, rms in bands:
         if out and low < out[-1][1] + 1.5 * width:

@@ -1,7 +1,6 @@
-"""Thermal calibration: the temperature law of every axis.
+"""Thermal calibration: the temperature law b(T) of every axis, from logs of a warm-up or a chamber run (`thermal`).
 
-Input: logs of a warm-up or a chamber run (`thermal`). Output: a `ThermalCalibration` with the law b(T), its band, and
-parameter files. Add a form of the law in `forms.py`, and a parameter file as a function in `targets.py`.
+Add a form of the law in `forms.py`, and a parameter file as a function in `targets.py`.
 """
 
 from __future__ import annotations

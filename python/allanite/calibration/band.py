@@ -57,23 +57,12 @@ class Curve:
 def curve_of(fit: Fit, temperature: Array, tried: Sequence[Tried] = ()) -> Curve:
     """`Curve` of a fitted law with its simultaneous 95 % band at 101 temperatures over the range of `temperature`, °C.
 
-    With 95 % confidence, the band contains the law at all temperatures at once. Laws are drawn at random (seed 0) from
-    the joint distribution of coefficients, lags and widths. If several forms have similar evidence, each contributes
-    laws in proportion to its evidence. Without a law, the band has no width.
+    Laws are drawn at random (seed 0) from the joint distribution of coefficients, lags and widths, over all noise
+    models that agree with the record (`fit.likelihood.marginal`). If several forms have similar evidence, each
+    contributes laws in proportion to its evidence.
 
-    Parameters
-    ----------
-    fit : Fit
-        Fit of the chosen form.
-    temperature : ndarray, shape (n,)
-    tried : sequence of Tried
-        All forms that were fitted.
-
-    Notes
-    -----
     The half-width is the root mean square deviation of random laws at each temperature, times the 95 % quantile of the
-    largest ratio of a random law's deviation to this value. The quantile is at least 1.96. The joint distribution covers
-    all noise models that agree with the record (`fit.likelihood.marginal`).
+    largest ratio of a random law's deviation to this value. The quantile is at least 1.96.
     """
     reference = float(temperature.mean())
     grid = np.linspace(float(temperature.min()), float(temperature.max()), POINTS)
@@ -107,17 +96,14 @@ def curve_of(fit: Fit, temperature: Array, tried: Sequence[Tried] = ()) -> Curve
 def _bias_curves(coefficients: Array, center: float, grid: Array, reference: float) -> Array:
     """Bias of several laws at the temperatures `grid`, minus that at the temperature `reference`, shape (laws, grid).
 
-    `coefficients`, shape (laws, 3), are those of (T − `center`), its square and its cube. Temperatures are in °C.
+    `coefficients`, shape (laws, 3), are those of (T − `center`), its square and its cube.
     """
     powers = np.vander(np.append(grid, reference) - center, 4, increasing=True)[:, 1:]
     return coefficients @ (powers[:-1] - powers[-1]).T
 
 
 def _power_matrix(fit: Fit) -> Array:
-    """Matrix, shape (amplitudes, 3), of 0 and 1: fitted amplitudes @ matrix are the coefficients of T, T² and T³.
-
-    The rows of amplitudes that belong to no power of T, such as offsets, are 0.
-    """
+    """Matrix, shape (amplitudes, 3), of 0 and 1: fitted amplitudes @ matrix are the coefficients of T, T² and T³."""
     rows = []
     for own in fit.solution.functions:
         for k in range(own.amplitudes.size):
@@ -129,20 +115,14 @@ def _power_matrix(fit: Fit) -> Array:
 
 
 def _coefficients_and_loop(fit: Fit) -> tuple[Array, float]:
-    """Tuple (coefficients of T, T² and T³ of the fitted bias, shape (3,); height of the hysteresis loop).
-
-    The height is in the unit of the samples; it is 0 without hysteresis.
-    """
+    """(coefficients of T, T² and T³ of the fitted bias, shape (3,); height of the hysteresis loop)."""
     amplitudes = [own.amplitudes for own in fit.solution.functions]
     coefficients = np.concatenate([*amplitudes, np.zeros(0)]) @ _power_matrix(fit)
     return coefficients, sum(e.column_loop for e in law_of(fit))
 
 
 def _random_coefficients(fit: Fit, count: int, rng: np.random.Generator) -> Array:
-    """Random draws of the coefficients of T, T² and T³ from their posterior distribution, shape (count, 3).
-
-    Zeros without a dependence on temperature. `rng` advances.
-    """
+    """Random draws of the coefficients of T, T² and T³ from their posterior distribution, shape (count, 3)."""
     solution = fit.solution
     places = _power_matrix(fit)
     if not places.any():

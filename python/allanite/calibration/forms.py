@@ -59,11 +59,9 @@ class Form:
         return POWERS[self.power] + words.get(self.memory, " with rate dependence")
 
     def effects(self, runs: Runs) -> tuple[Deterministic, ...]:
-        """Tuple of effects for a fit, without values: a bias step where each log after the first begins, then the law b(T).
+        """Effects for a fit, without values: a bias step where each log after the first begins, then the law b(T).
 
-        The law is a polynomial in T of the degree `power`, none for 0. With `memory` ``"lag"`` the lag of T is fitted,
-        otherwise it is 0. ``"hysteresis"`` and ``"rate"`` add an effect of the direction or of the rate of change of T. The
-        half-width of a hysteresis is searched from 1/16 to 1/2.2 of the temperature range.
+        The half-width of a hysteresis is searched from 1/16 to 1/2.2 of the temperature range.
         """
         column, starts, rate = runs.column, runs.starts, runs.recording.rate
         found: list[Deterministic] = [
@@ -88,17 +86,10 @@ class Form:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Tried:
-    """Fit of one form of the law, and its evidence relative to the constant form.
+    """Fit of one form of the law, and its `log_likelihood` and evidence relative to the constant form.
 
-    Attributes
-    ----------
-    form : Form
-    fit : Fit
-    log_likelihood : float
-        ln of the likelihood, minus that of the constant form.
-    log_evidence : float
-        `log_likelihood` minus the cost of the coefficients. Gains that come only from a larger misfit of the noise are
-        subtracted as well.
+    `log_evidence` is `log_likelihood` minus the cost of the coefficients. Gains that come only from a larger misfit of
+    the noise are subtracted as well.
     """
 
     form: Form
@@ -119,18 +110,9 @@ FORMS = tuple(
 def tried_forms(
     runs: Runs, noise: Model, on_progress: Callable[[int, int], None]
 ) -> tuple[Tried, ...]:
-    """Tuple of `Tried`: fits of all forms of the thermal law, each with the effects of `noise`; the constant form is first.
+    """Fits of all forms of the thermal law, each with the effects of `noise`; the constant form is first.
 
-    Forms whose hysteresis opposes the linear term are omitted. Gains in logL and evidence are relative to the constant
-    form.
-
-    Parameters
-    ----------
-    runs : Runs
-    noise : Model
-        Random effects. Their coefficients are fitted again for each form.
-    on_progress : callable
-        Called with (forms done, forms in all).
+    Forms whose hysteresis opposes the linear term are omitted. `on_progress` gets (forms done, forms in all).
     """
     # Missing samples are filled once, with a cubic law, and used for all forms, so that their likelihoods are comparable.
     first = fit_model(runs.recording, Model((*noise, *Form(MAX_POWER).effects(runs))))
@@ -152,7 +134,7 @@ def tried_forms(
 
 
 def _opposes_temperature(fit: Fit) -> bool:
-    """True if the coefficients of the hysteresis and of the linear term have opposite signs; False if one is missing.
+    """True if the coefficients of the hysteresis and of the linear term have opposite signs.
 
     Such a fit describes a slow drift of the bias rather than a hysteresis.
     """
@@ -168,10 +150,10 @@ def refitted(first: Fit, model: Model) -> Fit:
 
 
 def _with_best_shape(effects: tuple[Deterministic, ...], plain: Fit) -> tuple[Deterministic, ...]:
-    """The tuple `effects`, with the last effect replaced by a copy that has the best lag (or hysteresis width).
+    """`effects`, with the last effect replaced by a copy that has the best lag (or hysteresis width) of a fixed grid.
 
-    Best is the value with the largest gain in log-likelihood among the values of a fixed grid. `plain` is a fit of the
-    same polynomial in T without lag and hysteresis; its noise gives the weights of the least squares.
+    `plain` is a fit of the same polynomial in T without lag and hysteresis; its noise gives the weights of the least
+    squares.
     """
     *others, last = effects
     points = grid_points(last, plain.data.n, plain.data.rate)
@@ -187,10 +169,7 @@ def with_near_best_evidence(tried: Sequence[Tried]) -> list[Tried]:
 
 
 def chosen(tried: Sequence[Tried]) -> Tried:
-    """The `Tried` with the fewest parameters of the law, among those with log evidence within 3 nats of the highest.
-
-    If several laws have equally few parameters, the law with the highest evidence is returned.
-    """
+    """The form with the fewest parameters, among those with log evidence within 3 nats of the highest."""
     return min(
         with_near_best_evidence(tried), key=lambda one: (one.form.numbers, -one.log_evidence)
     )
@@ -202,19 +181,12 @@ def law_of(fit: Fit) -> list[Deterministic]:
 
 
 def design(fit: Fit) -> tuple[Array, Array, NDArray[np.bool_]]:
-    """Tuple (matrix, values, own): linearized least-squares problem of the log offsets and the thermal law of a fit.
+    """(matrix, values, own): linearized least-squares problem of the log offsets and the thermal law of a fit.
 
-    All three are empty if the fit has neither.
-
-    Returns
-    -------
-    matrix : ndarray, shape (k, p)
-        Columns: derivatives of the fitted function with respect to the offset of each log, each amplitude of the law, and
-        each free lag or width. Rows: the ordinates of the cosine transform of the record that the fit used.
-    values : ndarray, shape (p,)
-        Fitted values of these parameters.
-    own : ndarray of bool, shape (p,)
-        True for the columns of the law, False for the offsets.
+    The columns of `matrix`, shape (k, p), are derivatives of the fitted function with respect to the offset of each
+    log, each amplitude of the law, and each free lag or width. Its rows are the ordinates of the cosine transform of
+    the record that the fit used. `values` are the fitted values of these parameters. `own` is True for the columns of
+    the law, False for the offsets. All are empty if the fit has neither.
     """
     columns, values, own = [], [], []
     for part in fit.solution.functions:
@@ -234,11 +206,11 @@ def design(fit: Fit) -> tuple[Array, Array, NDArray[np.bool_]]:
 
 
 def law_cost(fit: Fit) -> float:
-    """Cost in nats that the log evidence subtracts from logL for the parameters of the thermal law; 0 without parameters.
+    """Cost in nats that the log evidence subtracts from logL for the parameters of the thermal law.
 
-    It is the sum of `parameter_cost` over the coefficients of the law (powers of T, hysteresis or rate of change), then the
-    lag or the width. The cost of a parameter grows with the precision with which it is known, given the offset of each
-    recording and the parameters before it. The offsets cost nothing.
+    It is the sum of `parameter_cost` over the coefficients, the lag and the width of the law. The cost of a parameter
+    grows with the precision with which it is known, given the offset of each recording and the parameters before it.
+    The offsets cost nothing.
     """
     matrix, values, own = design(fit)
     if not own.any():

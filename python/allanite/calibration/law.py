@@ -218,10 +218,7 @@ class AxisLaw:
 
     @property
     def numbers(self) -> dict[str, Estimate]:
-        """Dict from the name of each fitted parameter of the temperature law to its `Estimate`.
-
-        Names are effect and parameter, such as ``COV.coefficient``. Parameters without an interval are left out.
-        """
+        """`Estimate` of each fitted parameter of the temperature law with an interval, by name: ``COV.coefficient``."""
         return {
             f"{effect.short}.{name}": value
             for effect, values in zip(self.fit.model, self.fit.estimates, strict=True)
@@ -233,8 +230,7 @@ class AxisLaw:
     def headline(self) -> str:
         """One sentence: form, size and temperature range of the law, and the effect of the correction.
 
-        Without a dependence, it says so with the 95 % limit of a slope, if known. For a straight line without
-        hysteresis, it gives the slope.
+        Without a dependence, it says so with the 95 % limit of a slope, if known.
         """
         name, (low, high) = self.name, self.range
         covered = f"{number(low, 3)} to {number(high, 3)} °C"
@@ -254,10 +250,7 @@ class AxisLaw:
 
     @property
     def limit(self) -> float | None:
-        """95 % limit of the magnitude of the slope of a linear law, unit/°C: the larger magnitude of the two interval ends.
-
-        None if the linear form was not tried or has no interval.
-        """
+        """95 % limit of the magnitude of the slope of a linear law, unit/°C; None if not tried or without interval."""
         linear = next((one for one in self.tried if one.form.name == "linear"), None)
         if linear is None:
             return None
@@ -265,10 +258,7 @@ class AxisLaw:
         return None if found.interval is None else float(max(map(abs, found.interval)))
 
     def _correction_clause(self) -> str:
-        """Clause at the end of the headline: by how much the correction divides the Allan deviation, at the best τ.
-
-        Empty if this ratio is below 1.1, or without averaging times.
-        """
+        """Clause on the largest ratio by which the correction divides the Allan deviation; empty below 1.1."""
         remainder = self.remainder
         if not remainder.tau.size:
             return ""
@@ -324,10 +314,9 @@ class AxisLaw:
 
 
 def _binned_means(axis: AxisLaw, bins: int = 60) -> dict[str, list[float]]:
-    """Dict of three lists of equal length: mean temperature, mean bias and direction of each bin of temperature.
+    """Means in bins of temperature: lists temperature_celsius, bias and direction (1 while warming, −1 while cooling).
 
-    The keys are temperature_celsius, bias and direction (1 while warming, −1 while cooling). Each direction has its own
-    means. The offset of each log is subtracted first. Bins without samples are left out.
+    The offset of each log is subtracted first.
     """
     out: dict[str, list[float]] = {"temperature_celsius": [], "bias": [], "direction": []}
     runs = axis.runs

@@ -38,8 +38,7 @@ def loop_of(fit: Fit, runs: Runs, form: Form) -> Loop | None:
     """`Loop`: mean bias while cooling minus mean bias while warming, with 95 % interval and temperature range.
 
     None if no temperature was passed both while warming and while cooling. The difference is fitted by weighted least
-    squares, together with the offset of each log and a polynomial in T without lag and hysteresis. Its degree is that of
-    `form`, but at least 1. The noise of `fit` gives the weights.
+    squares, together with the offset of each log and a polynomial in T without lag and hysteresis.
     """
     both = runs.both_ways
     if both is None:
@@ -55,10 +54,7 @@ def loop_of(fit: Fit, runs: Runs, form: Form) -> Loop | None:
 
 
 def noise_law(fit: Fit, runs: Runs) -> NoiseLaw | None:
-    """`NoiseLaw`: change of the standard deviation of the white noise in % per °C, with its 95 % interval.
-
-    None if the level cannot be followed over time, or if the temperature is constant.
-    """
+    """`NoiseLaw`; None if the level cannot be followed over time, or if the temperature is constant."""
     from scipy.special import log_ndtr
 
     series = level_series(fit.solution, fit.data, whiten(fit.solution, fit.data))
@@ -85,18 +81,17 @@ def noise_law(fit: Fit, runs: Runs) -> NoiseLaw | None:
 def law_signal(fit: Fit) -> Array:
     """Contribution of the thermal law to each sample, in the unit of the samples, shape (n,).
 
-    For a law without a lag, its mean over the record is zero. The result is all zeros if the fit has no thermal law.
+    For a law without a lag, its mean over the record is zero.
     """
     effects = law_of(fit)
     return fit.data.signal(effects) if effects else np.zeros(fit.data.n)
 
 
 def walk_of_steps(fit: Fit, runs: Runs) -> float:
-    """Random-walk coefficient K, in the unit of the samples per √s, that the rounding of the temperature can cause at most.
+    """Largest coefficient K, in the unit of the samples per √s, that the rounding of the temperature can cause, or 0.
 
     A coarse thermometer logs the temperature in steps. The law b(T) turns this rounding error into a bias error, whose
-    spectrum is compared with that of a random walk. 0 if the temperature has no steps, no law was found, or the model
-    has no K.
+    spectrum is compared with that of a random walk.
     """
     lines = ((p, p.effect.standard) for p in fit.solution.processes)
     walk = next((p for p, line in lines if line is not None and line.name == "K"), None)
@@ -112,10 +107,7 @@ def walk_of_steps(fit: Fit, runs: Runs) -> float:
 
 
 def offsets_of(fit: Fit, runs: Runs) -> tuple[float, ...]:
-    """Tuple of the bias of each log (float, unit of the samples) at the reference temperature, the mean temperature.
-
-    This bias is the mean over the log of the samples minus the fitted dependence on temperature.
-    """
+    """Bias of each log (unit of the samples) at the reference temperature, the mean temperature."""
     left = np.asarray(runs.recording.samples, dtype=float) - law_signal(fit)
     # The quadratic and cubic terms were fitted without their means, so that the means are subtracted here.
     mean = 0.0
@@ -130,7 +122,7 @@ def deviations_before_and_after(fit: Fit, runs: Runs) -> Remainder:
     """`Remainder`: Allan deviation of the samples before and after correction, at common averaging times.
 
     Each log is evaluated separately. The variances of the logs are averaged, weighted by their numbers of squared
-    differences. Averaging times with fewer than four averages in every log, or without a value, are omitted.
+    differences.
     """
     x = np.asarray(runs.recording.samples, dtype=float)
     left = x - law_signal(fit)
@@ -155,11 +147,10 @@ def deviations_before_and_after(fit: Fit, runs: Runs) -> Remainder:
 
 
 def error_growths(fit: Fit, runs: Runs) -> tuple[Growth, ...]:
-    """Tuple of one `Growth`: standard deviation of the integrated sensor error 1 min, 10 min and 1 h after the last fix.
+    """Standard deviation of the integrated sensor error 1 min, 10 min and 1 h after the last fix, due to noise.
 
-    The error is that of angle, velocity or phase, caused by the noise of the fit. Before the fix, the sensor is aided for
-    1 min. Times are left out if they exceed the longest log, are below one sample, or make more than 2²⁰ samples with the
-    aiding. The tuple is empty if no time is left, or if the unit is of another kind of sensor.
+    Before the fix, the sensor is aided for 1 min. Times are left out if they exceed the longest log, are below one
+    sample, or make more than 2²⁰ samples with the aiding. Empty if no time is left, or for another kind of sensor.
     """
     if parse_unit(fit.recording.unit).kind not in QUANTITIES:
         return ()

@@ -63,10 +63,9 @@ class Runs:
         return self.recording.covariates[self.column]
 
     def averaged(self, most: int) -> Runs:
-        """Copy (`Runs`) in which neighboring samples are averaged, so that at most `most` remain; `self` if it has no more.
+        """Copy in which neighboring samples of a log are averaged, so that at most `most` remain; `self` if it has no more.
 
-        Samples of different logs are not averaged together. In the copy, `rounding` (the error of the logged temperature)
-        is zero.
+        In the copy, `rounding` is zero.
         """
         k = -(-self.recording.n // most)
         if k < 2:
@@ -100,7 +99,7 @@ class Runs:
     def direction(self) -> Array:
         """Direction of the temperature, shape (n,): ½ while it falls, −½ while it rises, in between near a reversal.
 
-        A regression on it gives the bias while cooling minus the bias while warming. Each run has its own directions.
+        A regression on it gives the bias while cooling minus the bias while warming.
         """
         width = TURN_FRACTION * float(np.ptp(self.temperature))
         found = [
@@ -110,10 +109,7 @@ class Runs:
 
     @property
     def both_ways(self) -> tuple[float, float] | None:
-        """Tuple (lowest, highest temperature) of the range, °C, that was passed both while warming and while cooling.
-
-        None if there is no such range.
-        """
+        """(lowest, highest) temperature, °C, that was passed both while warming and while cooling, or None."""
         direction, t = self.direction, self.temperature
         up, down = t[direction <= -0.45], t[direction >= 0.45]
         if not up.size or not down.size:
@@ -123,14 +119,9 @@ class Runs:
 
 
 def thermometers(recordings: Sequence[Recording], temperature: str | None) -> tuple[str, ...]:
-    """Tuple of the names of the temperature columns that all logs have; only `temperature` if it is given.
+    """Names of the temperature columns that all logs have; only `temperature` if it is given.
 
     A single common column counts even if nothing shows that it is a temperature.
-
-    Raises
-    ------
-    InputError
-        The logs have no temperature column in common, or not all have the column `temperature`.
     """
     common = [n for n in recordings[0].covariates if all(n in r.covariates for r in recordings)]
     if temperature is not None:
@@ -152,23 +143,11 @@ def thermometers(recordings: Sequence[Recording], temperature: str | None) -> tu
 
 
 def join(columns: Sequence[Recording], thermometer: str) -> Runs:
-    """`Runs`: one axis of several logs, joined into one record, with the temperature in °C.
+    """`Runs`: the same column of several logs, joined into one record, with the temperature in °C.
 
-    Missing temperatures are interpolated, and coarse steps of the thermometer are smoothed.
-
-    Parameters
-    ----------
-    columns : sequence of Recording
-        The same column of each log.
-    thermometer : str
-        Name of the covariate.
-
-    Raises
-    ------
-    InputError
-        The sampling rates differ by over 1 %, or the temperature is missing at more than half of the samples.
-    TooShortError
-        The temperature never changes.
+    Missing temperatures are interpolated, and coarse steps of the thermometer are smoothed. Raises `InputError` if the
+    sampling rates differ by over 1 %, or the temperature is missing at more than half of the samples. Raises
+    `TooShortError` if the temperature never changes.
     """
     first = columns[0]
     samples, temperatures, logged, steps = [], [], [], []

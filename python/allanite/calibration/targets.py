@@ -57,10 +57,7 @@ class _Triad:
         return round(0.5 * (self.low + self.high), 2)
 
     def polynomials(self, reference: float) -> dict[str, list[float]]:
-        """Dict from ``"x"``, ``"y"`` and ``"z"`` to the bias polynomial of this axis, a list [x0, x1, x2, x3] in SI units.
-
-        The powers are those of T − `reference` (°C). A missing axis has zeros.
-        """
+        """Bias polynomial [x0, x1, x2, x3] in SI units and in powers of T − `reference` (°C) of x, y and z."""
         out = {}
         for letter in "xyz":
             axis = self.axes.get(letter)
@@ -71,18 +68,9 @@ class _Triad:
 
 
 def render(found: ThermalCalibration, target: str) -> str:
-    """Text of a parameter file for PX4, ArduPilot or C, or in CSV or JSON.
+    """Text of a parameter file in a format of `TARGETS`.
 
-    Parameters
-    ----------
-    found : ThermalCalibration
-    target : str
-        One of `TARGETS`.
-
-    Raises
-    ------
-    InputError
-        The target is unknown, or the calibration has no axis of a sensor that the target has parameters for.
+    Raises `InputError` if the target is unknown, or the calibration has no axis of a sensor that it has parameters for.
     """
     if target not in TARGETS:
         raise InputError(f"unknown format {target!r}; known formats: {', '.join(TARGETS)}")
@@ -90,10 +78,9 @@ def render(found: ThermalCalibration, target: str) -> str:
 
 
 def _triads(found: ThermalCalibration, kind: str, most: int, consumer: str) -> list[_Triad]:
-    """List of `_Triad`, one per sensor of this kind in the order of the log; empty without any.
+    """One `_Triad` per sensor of this kind in the order of the log; axes of one sensor differ only in the letter x, y or z.
 
-    Axes whose names differ only in the letter x, y or z are one sensor. Raises `InputError` for more than `most` sensors;
-    its message names `consumer`.
+    Raises `InputError` for more than `most` sensors.
     """
     groups: dict[str, dict[str, AxisLaw]] = {}
     for axis in found:
@@ -112,10 +99,10 @@ def _triads(found: ThermalCalibration, kind: str, most: int, consumer: str) -> l
 def _gyroscopes_and_accelerometers(
     found: ThermalCalibration, most: int, consumer: str
 ) -> tuple[list[_Triad], list[_Triad]]:
-    """Tuple (gyroscopes, accelerometers): two lists of `_Triad`, which holds the calibrated axes of one sensor.
+    """(gyroscopes, accelerometers), of which one may be empty.
 
-    One list may be empty. Raises `InputError` if both are, or if one has more than `most` sensors; the message names the
-    `consumer` of the file.
+    Raises `InputError` if both are, or if one has more than `most` sensors; the message names the `consumer` of the
+    file.
     """
     sensors = tuple(_triads(found, kind, most, consumer) for kind in (ANGULAR_RATE, ACCELERATION))
     if not any(sensors):
@@ -151,10 +138,7 @@ def _comment_lines(found: ThermalCalibration, mark: str, *lines: str) -> list[st
 
 
 def _px4(found: ThermalCalibration) -> str:
-    """Text of PX4 shell commands ``param set TC_G…`` and ``TC_A…``, with comments.
-
-    X0 of accelerometers is 0. Raises `InputError` for over 4 sensors of a kind, or none.
-    """
+    """Text of PX4 shell commands ``param set TC_G…`` and ``TC_A…``, with comments; X0 of accelerometers is 0."""
     gyros, accels = _gyroscopes_and_accelerometers(found, PX4_SENSORS, "px4")
     lines = _comment_lines(
         found,
@@ -185,10 +169,7 @@ def _px4(found: ThermalCalibration) -> str:
 
 
 def _ardupilot(found: ThermalCalibration) -> str:
-    """Text of an ArduPilot parameter file with lines ``INS_TCAL…,value``, with comments.
-
-    Raises `InputError` if there are more than 3 gyroscopes, more than 3 accelerometers, or no sensor of these two kinds.
-    """
+    """Text of an ArduPilot parameter file with lines ``INS_TCAL…,value``, with comments."""
     gyros, accels = _gyroscopes_and_accelerometers(found, ARDUPILOT_SENSORS, "ardupilot")
     lines = _comment_lines(
         found,
@@ -215,10 +196,7 @@ def _ardupilot(found: ThermalCalibration) -> str:
 
 
 def _c_header(found: ThermalCalibration) -> str:
-    """Text of a C header with a function ``NAME_bias(celsius)`` for each axis, which evaluates a cubic polynomial.
-
-    These functions clip the temperature to the measured range.
-    """
+    """Text of a C header with a function ``NAME_bias(celsius)`` for each axis, clipped to the measured temperatures."""
     lines = _comment_lines(
         found,
         " *",
@@ -250,11 +228,7 @@ def _c_header(found: ThermalCalibration) -> str:
 
 
 def _identifiers(found: ThermalCalibration) -> list[str]:
-    """List of one valid C identifier for each axis, all different.
-
-    Characters of the name that C does not allow become underscores. A name that begins with a digit gets the prefix
-    ``axis_``. A repeated name gets the first free number at its end (``gx_1``).
-    """
+    """A valid C identifier for each axis, all different; a repeated name gets the first free number (``gx_1``)."""
     names: list[str] = []
     for axis in found:
         name = re.sub(r"\W+", "_", axis.name, flags=re.ASCII).strip("_") or "axis"
@@ -265,10 +239,7 @@ def _identifiers(found: ThermalCalibration) -> list[str]:
 
 
 def _csv(found: ThermalCalibration) -> str:
-    """CSV text with a header and one row for each axis; numbers have full precision.
-
-    A name that a spreadsheet would take for a formula begins with an apostrophe.
-    """
+    """CSV text with a header and one row for each axis; numbers have full precision."""
     stream = io.StringIO()
     writer = csv.writer(stream, lineterminator="\n")
     writer.writerow(CSV_COLUMNS)

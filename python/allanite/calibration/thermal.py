@@ -200,10 +200,7 @@ def thermal(
     axes = []
 
     def report(name: str, place: int, done: int, total: int) -> None:
-        """Call `on_progress`, unless it is None, after `done` of `total` forms with thermometer number `place`.
-
-        `on_progress` gets the axis `name`, and both numbers summed over all thermometers.
-        """
+        """Call `on_progress`, unless it is None, with the numbers of forms summed over all thermometers."""
         if on_progress is not None:
             on_progress(name, place * total + done, len(found) * total)
 
@@ -220,9 +217,9 @@ def thermal(
 
 
 def _axis_law(runs: Runs, tried: tuple[Tried, ...], noise: Model) -> AxisLaw:
-    """`AxisLaw` of one axis: the best form of `tried`, fitted again to all samples, and the errors left after correction.
+    """`AxisLaw`: the best form of `tried`, fitted again to all samples, and the errors left after correction.
 
-    `noise` is the noise model. The first of `tried`, the constant form, gives the error growth before correction.
+    The first of `tried`, the constant form, gives the error growth before correction.
     """
     best = chosen(tried)
     shapes = {type(e): {n: e.values[n] for n in e.free_shapes} for e in law_of(best.fit)}
@@ -250,10 +247,7 @@ def _axis_law(runs: Runs, tried: tuple[Tried, ...], noise: Model) -> AxisLaw:
 
 
 def _law_panel(axis: AxisLaw, row: int) -> Panel:
-    """`Panel` of a figure (left column, given row): law b(T), its band, and mean samples while warming and while cooling.
-
-    A direction of the temperature without samples has no points.
-    """
+    """`Panel` with the law b(T), its band, and mean samples while warming and while cooling."""
     document = axis.to_dict()
     measured, curve = document["measured"], axis.curve
     t, bias, direction = (
@@ -290,10 +284,7 @@ def _deviation_panel(axis: AxisLaw, row: int) -> Panel:
 
 
 def _axis_lines(axis: AxisLaw) -> list[str]:
-    """List of texts: headline of one axis, then indented lines: coefficients, hysteresis, noise, offsets, deviations.
-
-    Results that do not exist have no line, except hysteresis, which is then "not checked".
-    """
+    """Headline of one axis, then indented lines: coefficients, hysteresis, noise, offsets, deviations."""
     unit = printed(axis.unit)
     lines = [axis.headline]
     if axis.alternatives:
@@ -363,10 +354,7 @@ def _deviation_line(axis: AxisLaw, unit: str) -> str:
 
 
 def _growth_line(before: Growth, after: Growth) -> str:
-    """Line of text: an error at some times after the last position fix, without and with the thermal correction.
-
-    `` angle error after the last fix, before → after correction: 60 s 0.2 → 0.1 °``.
-    """
+    """Line `` angle error after the last fix, before → after correction: 60 s 0.2 → 0.1 °``."""
     unit, factor = before.display_unit
     shown = (
         f"{number(t, 3)} s {number(factor * a, 2)} → {number(factor * b, 2)}"

@@ -1,8 +1,4 @@
-"""Several sensors (units) that measure one axis, averaged to one sensor.
-
-Input: recordings of the units (`combine`). Output: a `Combination` with weights, gains, correlations, and units whose
-noise differs from that of the others. Add new results to `combine.py`.
-"""
+"""Several sensors (units) that measure one axis, averaged to one sensor (`combine`); add new results to `combine.py`."""
 
 from __future__ import annotations
 

@@ -120,10 +120,7 @@ class Combination:
 
     @property
     def headline(self) -> str:
-        """Text of one sentence: the gain over the best unit at the first and last τ and at its maximum.
-
-        Units that deviate from the others are named.
-        """
+        """One sentence: the gain over the best unit at the first and last τ and at its maximum, and deviating units."""
         largest = int(np.argmax(self.gain))
         places = sorted({0, largest, self.tau.size - 1})
         shown = ", ".join(
@@ -318,23 +315,11 @@ def combine(
 
 
 def units_of(recordings: Sequence[Recording], *, named: bool = False) -> dict[str, list[Recording]]:
-    """Dict from the name of each axis with two or more units to a list of recordings of its units, one per board.
+    """Recordings of the units of each axis with two or more units, one per board, by the name of the axis.
 
     Columns belong to one axis if their units of measurement are equal and their names differ only in numbers. The name
-    of the axis has ``#`` for each number: ``gyro#_x``. A board without this axis has no entry in the list.
-
-    Parameters
-    ----------
-    recordings : sequence of Recording
-        One for each board.
-    named : bool
-        True if the user chose the columns. If no names belong together, all columns then count as units of one axis,
-        and the name of the axis is that of the first column.
-
-    Raises
-    ------
-    InputError
-        No axis has two units.
+    of the axis has ``#`` for each number: ``gyro#_x``. With `named`, the user chose the columns; if no names belong
+    together, all columns then count as units of one axis.
     """
     groups: dict[tuple[str, str], list[list[str]]] = {}
     for place, one in enumerate(recordings):
@@ -360,10 +345,7 @@ def units_of(recordings: Sequence[Recording], *, named: bool = False) -> dict[st
 
 
 def _unit_names(columns: Sequence[Recording], boards: int) -> list[str]:
-    """List of a name for each unit: ``gyro_x``, or ``b.csv · gyro_x`` if there are several boards and files.
-
-    Equal names get the number of the unit, counted from 1: ``gyro_x [2]``.
-    """
+    """Different names of the units: ``gyro_x``, ``b.csv · gyro_x`` for several boards and files, or ``gyro_x [2]``."""
     names = []
     for column in columns:
         file = re.sub(r".*[/\\]", "", column.path or "")
@@ -374,7 +356,7 @@ def _unit_names(columns: Sequence[Recording], boards: int) -> list[str]:
 
 
 def _averaging_times(fits: Sequence[Fit]) -> Array:
-    """Array of averaging times, s, each twice the one before, shape (k,), k ≥ 1.
+    """Averaging times, s, each twice the one before, shape (k,), k ≥ 1.
 
     The first is the longest sampling interval of all fits. At the last, the shortest record has at least 50 averages,
     unless only the first remains.
@@ -397,8 +379,8 @@ def _minimum_variance_weights(covariance: Array) -> Array:
 def _weights_for_all_times(covariance: Array) -> Array:
     """Weights of the units, sum 1, shape (units,), with the lowest mean of ln σ(τ) over all τ; σ is that of the average.
 
-    `covariance`, shape (τ, units, units), has the Allan covariances C_k. At most 200 fixed-point iterations are made: at
-    the minimum, w is the minimum-variance solution for the covariance Σ C_k/(wᵀC_k w).
+    `covariance`, shape (τ, units, units), has the Allan covariances C_k. At the minimum, w is the minimum-variance
+    solution for the covariance Σ C_k/(wᵀC_k w).
     """
     count = covariance.shape[1]
     w = np.full(count, 1.0 / count)
@@ -412,10 +394,7 @@ def _weights_for_all_times(covariance: Array) -> Array:
 
 
 def _measured_deviation(columns: Sequence[Recording], weights: Array, tau: Array) -> Array:
-    """Array of the overlapping Allan deviation of the weighted sum of the `columns`, at the averaging times `tau` (s).
-
-    The columns were sampled together, on one board.
-    """
+    """Overlapping Allan deviation of the weighted sum of `columns` of one board, at the averaging times `tau` (s)."""
     rate = columns[0].rate
     samples = np.column_stack([column.rate_samples() for column in columns])
     factors = np.round(tau * rate).astype(int)
@@ -426,8 +405,8 @@ def _combined_model(fits: Sequence[Fit], shared: Sequence[Correlation], weights:
     """`Model` of the noise of the weighted average of the units: effects of the first unit, with combined coefficients.
 
     A coefficient is √(Σ wᵢ wⱼ ρᵢⱼ cᵢ cⱼ), where c are the coefficients of the units, w the weights and ρ correlations.
-    ρ is 0 for pairs that `shared` lacks. Otherwise it is averaged over frequency, weighted by the share of the effect in
-    the spectrum of the first unit of the pair.
+    ρ is 0 for pairs that `shared` lacks. Otherwise it is averaged over frequency, weighted by the share of the effect
+    in the spectrum of the first unit of the pair.
     """
     effects = []
     for place, effect in enumerate(fits[0].model.stochastic):

@@ -44,24 +44,15 @@ class Correlation:
     __repr__ = brief
 
     def at(self, f: Array) -> Array:
-        """Array of the correlation at the frequencies f, Hz, shape of `f`.
-
-        Outside of all octaves, it is the correlation of the nearest octave.
-        """
+        """Correlation at the frequencies f, Hz; outside of all octaves, that of the nearest octave."""
         place = np.searchsorted(self.edges, f, side="right") - 1
         return self.values[np.clip(place, 0, self.values.size - 1)]
 
 
 def correlations(boards: Sequence[Mapping[int, Fit]]) -> tuple[Correlation, ...]:
-    """Tuple of `Correlation`: correlation of the noise over frequency, for each pair of units on one board that has any.
+    """Correlation of the noise over frequency, for each pair of units on one board with a significant octave.
 
-    A pair is included if its correlation is significant in at least one octave. Units on different boards are never
-    correlated. Often empty.
-
-    Parameters
-    ----------
-    boards : sequence of mapping of int to Fit
-        Fits of the units on each board by index. Units on one board were sampled together.
+    `boards` has the fits of the units on each board by index. Units on one board were sampled together.
     """
     found = []
     for board in boards:
@@ -76,7 +67,7 @@ def correlations(boards: Sequence[Mapping[int, Fit]]) -> tuple[Correlation, ...]
 
 
 def _octave_correlations(bands: Sequence[CrossBand]) -> list[float]:
-    """List of the in-phase correlations of two columns, one per octave in `bands`; one octave must be significant.
+    """In-phase correlations of two columns, one per octave in `bands`; one octave must be significant.
 
     A significant octave has its measured correlation. Any other octave takes over the value of the nearest significant
     octave if its own 95 % interval contains this value, else it has 0.
@@ -94,11 +85,10 @@ def _octave_correlations(bands: Sequence[CrossBand]) -> list[float]:
 
 
 def allan_covariance(fits: Sequence[Fit], shared: Sequence[Correlation], tau: Array) -> Array:
-    """Matrix of the Allan covariances of all units at each averaging time `tau` (s), shape (τ, units, units).
+    """Allan covariances of all units at each averaging time `tau` (s), shape (τ, units, units).
 
-    The values are squares of the unit of the samples. The diagonal has the Allan variances of the fitted models. For two
-    units in `shared`, the covariance is the product of both Allan deviations times their mean correlation, otherwise 0.
-    The mean is taken over frequency, weighted by the contribution of each frequency to the Allan variance.
+    For two units in `shared`, the covariance is the product of both Allan deviations times their mean correlation,
+    otherwise 0. The mean is taken over frequency, weighted by the contribution of each frequency to the Allan variance.
     """
     variance = np.column_stack(
         [fit.model.allan_variance(tau, rate=fit.recording.rate) for fit in fits]

@@ -55,18 +55,15 @@ class DeviatingUnit:
 
 
 def deviating_units(fits: Sequence[Fit], labels: Sequence[str]) -> tuple[DeviatingUnit, ...]:
-    """Tuple of `DeviatingUnit` whose power differs significantly from the others', in the order in which they were found.
+    """Units whose power differs significantly from the others', in the order in which they were found.
 
     Empty for fewer than three units. The logarithm of the power of each unit is compared with the mean over the others,
-    in every octave and in every range from the lowest octave up. After a unit was found it is removed, and the others
-    are compared again while at least three are left.
+    in every octave and in every range from the lowest octave up, because slow noise has few ordinates in one octave. A
+    found unit is removed before the others are compared again.
 
-    Notes
-    -----
-    The variance of a difference is the sum of the statistical error of the records and of the spread between units. This
-    spread is the one observed among the others, moderated by the known spread of units of one type (Smyth 2004, Stat.
-    Appl. Genet. Mol. Biol. 3, 3), so that three units are enough. Ranges from the lowest octave up are needed because slow
-    noise has few ordinates in one octave.
+    The variance of a difference is the sum of the statistical error of the records and of the spread between units.
+    This spread is the one observed among the others, moderated by the known spread of units of one type (Smyth 2004,
+    Stat. Appl. Genet. Mol. Biol. 3, 3), so that three units are enough.
     """
     edges, levels, variance = _octave_levels(fits)
     ranges = [(k, k + 1) for k in range(levels.shape[1])]
@@ -91,13 +88,12 @@ def deviating_units(fits: Sequence[Fit], labels: Sequence[str]) -> tuple[Deviati
 def _test_of_unit(
     levels: Array, variances: Array, place: int, compared: list[int]
 ) -> tuple[float, float]:
-    """Tuple (two-sided p-value, difference of ln power) of one unit against the mean of other units.
+    """(two-sided p-value, difference of ln power) of the unit `place` against the mean of the units `compared`.
 
     `levels` and `variances`, shape (units, octaves), are ln power and its variance; octaves are averaged with weights
-    1/variance. `place` is the index of the tested unit; the others are those in `compared`. The ratio of powers is tested
-    by an F distribution whose degrees of freedom match the variances. These include the spread between units, estimated
-    from the others and from a typical spread. The resulting normal score is judged by Student's t, with degrees of
-    freedom by Satterthwaite (1946).
+    1/variance. The ratio of powers is tested by an F distribution whose degrees of freedom match the variances. These
+    include the spread between units, estimated from the others and from a typical spread. The resulting normal score is
+    judged by Student's t, with degrees of freedom by Satterthwaite (1946).
     """
     from scipy.special import digamma, fdtr, fdtrc, ndtri, stdtr
 
@@ -125,11 +121,11 @@ def _test_of_unit(
 
 
 def _octave_levels(fits: Sequence[Fit]) -> tuple[Array, Array, Array]:
-    """Tuple (edges, levels, variances): how loud each unit is in each octave of frequency that all units have in common.
+    """(edges, levels, variances): how loud each unit is in each octave of frequency that all units have in common.
 
-    A level is ln(measured power of the unit / power that the model of the first unit expects). Levels and their variances
-    have the shape (units, octaves). The edges are in Hz, ascending, shape (octaves + 1,). The octaves begin with the
-    lowest in which every unit has 8 ordinates, or with the lowest of all if there is none.
+    A level is ln(measured power of the unit / power that the model of the first unit expects). Levels and their
+    variances have the shape (units, octaves). The edges are in Hz, ascending, shape (octaves + 1,). The octaves begin
+    with the lowest in which every unit has 8 ordinates, or with the lowest of all if there is none.
     """
     from scipy.special import digamma, polygamma
 

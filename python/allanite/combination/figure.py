@@ -20,20 +20,7 @@ if TYPE_CHECKING:
 def plot_combination(
     found: Combination, path: str | Path | None = None, theme: str = "light"
 ) -> Figure:
-    """`Figure` of the Allan deviations of the units, their mean and the combination, and of the best weights over τ.
-
-    Parameters
-    ----------
-    found : Combination
-    path : str or Path, optional
-        SVG, PNG or PDF, written if given.
-    theme : {"light", "dark"}
-
-    Raises
-    ------
-    InputError
-        The extension is not one of these, the folder does not exist, or matplotlib is not installed.
-    """
+    """`Figure` of the Allan deviations of the units, their mean and the combination, and of the best weights over τ."""
     marks: list[Mark] = []
     weights: list[Mark] = []
     for k, name in enumerate(found.labels):
