@@ -182,7 +182,7 @@ class Fit:
     def error(self) -> Error:
         """`Error`: error of the Allan deviation and predictive score, by which steps of model building are compared."""
         cleaned = any(e.removes for e in self.model.modifiers)
-        raw = prepare(self.recording) if cleaned else None
+        raw: Data | None = prepare(self.recording) if cleaned else None
         if raw is not None and raw.missing is not None:
             raw = complete(raw, self.model, self.solution.level)
         curve = self.curve

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,6 +31,8 @@ if TYPE_CHECKING:
     from allanite.effects.terms import Term
     from allanite.fit.likelihood.sections import Sections
 
+T = TypeVar("T", bound=np.generic)
+
 #: Minimum number of samples of a record that is fitted. Chosen by judgment; not measured.
 MIN_SAMPLES = 32
 #: Minimum fraction of the samples that must be present. With fewer, the fit would describe the draws that stand for
@@ -42,15 +45,17 @@ TAUS_PER_DECADE = 8
 CACHE_BYTES_LOWEST = 1 << 25
 
 
-@align_when_unpickled
 @dataclass(frozen=True, slots=True, eq=False)
-class Data:
-    """A recording prepared for fitting, with all its samples; U is their unit. `SummaryData` has those of a summary.
+class Data(ABC):
+    """A record prepared for fitting: what fits, checks and suggestions ask of it. U is the unit of the samples.
+
+    Subclasses are `SampleData`, with all n samples and ordinates of a recording, and `SummaryData`, with the lower rate
+    and the lowest ordinates that a summary keeps.
 
     Attributes
     ----------
     samples : ndarray, shape (kept,)
-        Samples at `time` with bridged gaps, U.
+        Kept samples at `time` with bridged gaps, U; each is the mean of `factor` samples of the record.
     ordinates : ndarray, shape (known,)
         The lowest ordinates of the orthonormal cosine transform; ordinate j has variance S(f_j)/τ0, U² per sample.
     rate : float
@@ -74,6 +79,8 @@ class Data:
     completions : tuple of ndarray, shape (missing,)
         Missing samples as the last completion found them, from which the next one starts: the conditional mean, then the
         unknown part of each draw. Empty if they are not completed, or few.
+    factor : int
+        Number of samples of the record per kept sample.
     """
 
     samples: Array
@@ -86,6 +93,7 @@ class Data:
     gain: Array | None = None
     mixing: Array | None = None
     completions: tuple[Array, ...] = ()
+    factor: int = 1
     #: Cache: ordinates of regressors by effect and shapes.
     functions: ArrayCache = field(default_factory=lambda: series_cache(0), repr=False)
     #: Cache: lowest ordinates of regressors by effect and shapes.
@@ -97,35 +105,32 @@ class Data:
     __repr__ = brief
 
     #: True if every sample and every ordinate is kept: `samples` and `ordinates` have the shape (n,).
-    whole = True
+    whole: ClassVar[bool]
 
     @property
     def n(self) -> int:
-        """Number of samples."""
-        return int(self.samples.size)
+        """Number of samples at the full rate."""
+        return int(self.samples.size) * self.factor
 
     @property
     def time(self) -> Array:
-        """Array of the time of each sample, s since the first sample of the recording, shape (n,)."""
-        return times_of(self.n, self.rate, self.start)
+        """Array of the middle time of each kept sample, s since the first sample of the recording, shape (kept,)."""
+        middle = self.start + 0.5 * (self.factor - 1) / self.rate
+        return times_of(self.samples.size, self.rate / self.factor, middle)
 
     @property
+    @abstractmethod
     def lost(self) -> float:
         """Fraction of the samples that are missing, 0 … 1."""
-        missing = self.missing
-        if missing is None:
-            return 0.0
-        return float(self.of_bins.get("lost", lambda: missing.mean(keepdims=True))[0])
 
     @property
     def power(self) -> Array:
         """Array of the mean square of the ordinates of each bin, U² per sample, shape (bins,); cached."""
         return self.of_bins.get("power", lambda: self.bins.power(self.ordinates))
 
-    @property
-    def present_samples(self) -> Array:
-        """Array of the samples without the missing ones, U."""
-        return self.samples if self.missing is None else self.samples[~self.missing]
+    def present(self, values: NDArray[T]) -> NDArray[T]:
+        """Array of those of the `values`, one for each kept sample, whose sample is not missing."""
+        return values if self.missing is None else values[~self.missing]
 
     @property
     def ends_missing(self) -> bool:
@@ -161,10 +166,7 @@ class Data:
         return tuple(term.inside for term in terms) if self.ends_missing else terms
 
     def residual(self, model: Model) -> Array:
-        """Array of `samples` minus the model's known functions of time, shape (kept,); `samples` itself if there are none.
-
-        kept is the number of kept samples: all n of a recording, or the low-rate samples of a summary.
-        """
+        """Array of `samples` minus the known functions of time, shape (kept,); `samples` itself if there are none."""
         known = model.deterministic
         return self.samples - self.signal(known) if known else self.samples
 
@@ -177,27 +179,42 @@ class Data:
         return total
 
     def transform(self, series: Array) -> Array:
-        """Array of the orthonormal cosine transform of a series sampled at `time`, shape (n,)."""
-        stop_if_unwanted()
-        return _kernels.cosine_transform(np.ascontiguousarray(series))
+        """Array of the lowest ordinates (cosine transform) of a series sampled at `time`, shape (known,).
 
-    def factors(self) -> NDArray[np.int64]:
-        """Array of the averaging factors of the Allan curve: eight per decade from 1, up to a third of the record."""
-        return averaging_factors(self.n // 3)
-
-    def deviation(self, factors: NDArray[np.int64], subtracted: Array | None = None) -> Array:
-        """Array of the overlapping Allan deviation of the samples, U, at the averaging `factors`, shape of `factors`.
-
-        The signal `subtracted` is first subtracted from the samples; None subtracts nothing. U is the unit of the samples.
+        They are scaled as if the series had the full rate.
         """
-        return self.deviation_of(
-            self.samples if subtracted is None else self.samples - subtracted, factors
-        )
+        stop_if_unwanted()
+        found = _kernels.cosine_transform(np.ascontiguousarray(series))
+        return found if self.whole else found[: self.ordinates.size] * np.sqrt(self.factor)
 
+    @abstractmethod
+    def factors(self) -> NDArray[np.int64]:
+        """Array of the averaging factors of the Allan curve, in samples of the record, at most a third of the record."""
+
+    @abstractmethod
+    def deviation(self, factors: NDArray[np.int64], subtracted: Array | None = None) -> Array:
+        """Array of the overlapping Allan deviation of the record, U, at the averaging `factors`, shape of `factors`.
+
+        The signal `subtracted`, shape (kept,), is first subtracted; None subtracts nothing.
+        """
+
+    @abstractmethod
     def deviation_of(self, signal: Array, factors: NDArray[np.int64]) -> Array:
         """Array of the overlapping Allan deviation, U, of a signal sampled at `time`, at the averaging `factors`."""
-        stop_if_unwanted()
-        return oadev(signal, rate=self.rate, factors=factors).deviation
+
+    @abstractmethod
+    def resolved_sections(
+        self, band: tuple[float, float], max_number: int, min_product: float
+    ) -> int:
+        """Number of equal time sections in which a band (low, high), Hz, can be followed; 0 if it cannot.
+
+        It is `max_number`, halved as often as needed. The bandwidth times the duration of what resolves the frequencies, a
+        section of samples or a segment of a summary, must reach `min_product`.
+        """
+
+    @abstractmethod
+    def sections(self, model: Model, number: int) -> Sections:
+        """`Sections`: power over time of the record, without the model's known functions, in `number` equal sections."""
 
     def octaves(
         self,
@@ -227,28 +244,8 @@ class Data:
         """
         return power
 
-    def resolved_sections(
-        self, band: tuple[float, float], max_number: int, min_product: float
-    ) -> int:
-        """Number of equal time sections in which a band (low, high), Hz, can be followed; 0 if it cannot.
-
-        The number is `max_number`, halved until the bandwidth times the duration of a section reaches `min_product`. It
-        is 0 if no number suffices, or if over 10 % of the samples are missing.
-        """
-        number = max_number if has_all_ordinates(self) else 0
-        while number and (band[1] - band[0]) * self.duration / number < min_product:
-            number //= 2
-        return number
-
-    def sections(self, model: Model, number: int) -> Sections:
-        """`SectionsOfSamples`: samples minus the model's known functions of time, cut into `number` equal time sections."""
-        return SectionsOfSamples(self.residual(model), self.rate, number)
-
     def ordinates_without(self, effects: Sequence[Deterministic]) -> Array:
-        """Array of the ordinates of the record minus those of the functions of time `effects`, shape (known,).
-
-        known is the number of kept ordinates: all n of a recording, or the lowest of a summary.
-        """
+        """Array of the ordinates of the record minus those of the functions of time `effects`, shape (known,)."""
         return self.minus_functions(
             self.ordinates, [(effect, effect.amplitudes()) for effect in effects]
         )
@@ -258,9 +255,8 @@ class Data:
     ) -> Array:
         """Array of `ordinates` minus known functions of time with given amplitudes, shape (known,).
 
-        known is the number of kept ordinates: all n of a recording, or the lowest of a summary. `parts` holds pairs of
-        an effect and its amplitudes; negative amplitudes add a function. The functions are first multiplied by `gain`
-        if samples are missing. `ordinates` itself is returned if all amplitudes are 0.
+        `parts` holds pairs of an effect and its amplitudes; negative amplitudes add a function. The functions are first
+        multiplied by `gain` if samples are missing. `ordinates` itself is returned if all amplitudes are 0.
         """
         total: Array | None = None
         once: Array | None = None
@@ -292,10 +288,7 @@ class Data:
         self.of_bins.clear()
 
     def regressor_ordinates(self, effect: Deterministic) -> Array:
-        """Array of the cosine transform of every regressor of an effect, shape (regressors, known); cached.
-
-        known is the number of kept ordinates: all n of a recording, or the lowest of a summary.
-        """
+        """Array of the cosine transform of every regressor of an effect, shape (regressors, known); cached."""
         return self.functions.get(
             effect.seen_alike,
             lambda: np.array(
@@ -311,14 +304,62 @@ class Data:
         return ordinates if self.gain is None else ordinates * self.gain[j]
 
 
+@align_when_unpickled
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class SampleData(Data):
+    """A recording prepared for fitting, with all its samples and ordinates: kept and known are n."""
+
+    whole = True
+
+    @property
+    def lost(self) -> float:
+        """Fraction of the samples that are missing, 0 … 1."""
+        missing = self.missing
+        if missing is None:
+            return 0.0
+        return float(self.of_bins.get("lost", lambda: missing.mean(keepdims=True))[0])
+
+    def factors(self) -> NDArray[np.int64]:
+        """Array of the averaging factors of the Allan curve: eight per decade from 1, up to a third of the record."""
+        return averaging_factors(self.n // 3)
+
+    def deviation(self, factors: NDArray[np.int64], subtracted: Array | None = None) -> Array:
+        """Array of the overlapping Allan deviation, U, of the samples minus the signal `subtracted`, shape of `factors`."""
+        return self.deviation_of(
+            self.samples if subtracted is None else self.samples - subtracted, factors
+        )
+
+    def deviation_of(self, signal: Array, factors: NDArray[np.int64]) -> Array:
+        """Array of the overlapping Allan deviation, U, of a signal sampled at `time`, at the averaging `factors`."""
+        stop_if_unwanted()
+        return oadev(signal, rate=self.rate, factors=factors).deviation
+
+    def resolved_sections(
+        self, band: tuple[float, float], max_number: int, min_product: float
+    ) -> int:
+        """Number of equal time sections in which a band (low, high), Hz, can be followed; 0 if it cannot.
+
+        The number is `max_number`, halved until the bandwidth times the duration of a section reaches `min_product`. It
+        is 0 if no number suffices, or if over 10 % of the samples are missing.
+        """
+        number = max_number if has_all_ordinates(self) else 0
+        while number and (band[1] - band[0]) * self.duration / number < min_product:
+            number //= 2
+        return number
+
+    def sections(self, model: Model, number: int) -> Sections:
+        """`SectionsOfSamples`: samples minus the model's known functions of time, cut into `number` equal time sections."""
+        return SectionsOfSamples(self.residual(model), self.rate, number)
+
+
 def averaging_factors(top: int) -> NDArray[np.int64]:
     """Array of integer averaging factors from 1 to about `top`, eight per decade, ascending; [1] for a `top` below 1."""
     at = np.arange(0.0, np.log10(max(1, top)) + 1e-9, 1 / TAUS_PER_DECADE)
     return np.unique(np.round(10**at).astype(np.int64))
 
 
-def prepare(recording: Any, missing: NDArray[np.bool_] | None = None) -> Data:
-    """`Data` of a one-column recording, prepared for fitting.
+def prepare(recording: Any, missing: NDArray[np.bool_] | None = None) -> SampleData:
+    """`SampleData` of a one-column recording, prepared for fitting.
 
     Parameters
     ----------
@@ -353,7 +394,7 @@ def prepare(recording: Any, missing: NDArray[np.bool_] | None = None) -> Data:
         for name, values in dict(recording.covariates).items()
     }
     ordinates = _kernels.cosine_transform(filled)
-    return Data(
+    return SampleData(
         filled,
         ordinates,
         float(recording.rate),

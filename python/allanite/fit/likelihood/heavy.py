@@ -48,11 +48,9 @@ def widened_by_tails(
     if not data.whole or not ends[0] > 0.0:
         return ends
     white = whitened_ordinates(solution, data, solution.level)
-    samples = _kernels.inverse_cosine_transform(white)
-    if data.missing is not None:
-        samples = samples[~data.missing]
+    samples = data.present(_kernels.inverse_cosine_transform(white))
     sizes = np.abs(samples - np.median(samples))
-    if coarse_step(data.present_samples) > 0.0:
+    if coarse_step(data.present(data.samples)) > 0.0:
         few, many = _quantiles_by_kurtosis(sizes)
     else:
         tail = tail_of(sizes, CENSORED_SHARES[0])

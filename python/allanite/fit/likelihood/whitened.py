@@ -267,7 +267,7 @@ def rounding_step(data: Data, samples: Array) -> float:
     A record is coarsely rounded if it has 2 to 50 different values. The step is converted by a ratio of standard
     deviations: √2 times that of `samples`, over that of the differences of successive samples of the record.
     """
-    some = data.present_samples
+    some = data.present(data.samples)
     step = coarse_step(some)
     if step == 0.0:
         return 0.0

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite import _kernels
+from allanite.common.aligned import align_when_unpickled
 from allanite.common.arrays import Array
 from allanite.common.errors import InputError, TooShortError
 from allanite.common.showing import brief
@@ -89,53 +90,27 @@ class SummaryBins(Bins):
         return np.hstack([number, high[:, 0]]), np.hstack([total, high[:, 0] * high[:, 1]])
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@align_when_unpickled
+@dataclass(frozen=True, slots=True, eq=False, repr=False, kw_only=True)
 class SummaryData(Data):
-    """A summary prepared for fitting: samples are kept at a lower rate, and only the lowest ordinates are known.
+    """A summary prepared for fitting: samples are kept at a lower rate, and ordinates up to `phase_limit`.
 
     Attributes
     ----------
-    lost : float
-        Fraction of the samples that are missing.
-    factor : int
-        Number of samples of the record per kept sample.
     summary : Summary
+        Its n is the number of all samples of the record, also those at the ends that no kept sample covers.
     reading : Reading
     """
 
-    lost: float = 0.0
-    factor: int = 1
-    summary: Any = None
-    reading: Any = None
+    summary: Summary
+    reading: Reading
 
-    __repr__ = brief
-
-    #: Samples are kept at a lower rate, and ordinates up to `phase_limit`.
     whole = False
 
     @property
-    def n(self) -> int:
-        """Number of samples at the full rate that the kept low-rate samples cover: their number times `factor`.
-
-        `summary.n` is the number of all samples of the record, also those at the ends that no kept sample covers.
-        """
-        return int(self.samples.size) * self.factor
-
-    @property
-    def time(self) -> Array:
-        """Array of the middle time of each kept (low-rate) sample, s since the first sample of the recording."""
-        time = np.arange(self.samples.size, dtype=np.float64)
-        time *= self.factor / self.rate
-        time += self.start + 0.5 * (self.factor - 1) / self.rate
-        return time
-
-    def transform(self, series: Array) -> Array:
-        """Array of the lowest ordinates (cosine transform) of a slow series given at `time`, shape (known,).
-
-        known is the number of ordinates that the summary keeps. They are scaled as if the series had the full rate.
-        """
-        found = _kernels.cosine_transform(np.ascontiguousarray(series))[: self.ordinates.size]
-        return np.asarray(found * np.sqrt(self.factor))
+    def lost(self) -> float:
+        """Fraction of the samples that are missing, 0 … 1."""
+        return self.summary.missing / self.summary.n
 
     def factors(self) -> NDArray[np.int64]:
         """Array of the averaging factors of the Allan curve of the summary, in samples, at most a third of the record.
@@ -313,7 +288,7 @@ def phase_limit(reading: Reading, rate: float) -> float:
     return LOW / SEGMENT * rate / reading.factor
 
 
-def of_summary(summary: Summary) -> Data:
+def of_summary(summary: Summary) -> SummaryData:
     """`SummaryData` of a one-column summary without single samples, prepared for fitting.
 
     Raises
@@ -345,7 +320,6 @@ def of_summary(summary: Summary) -> Data:
         (reading.start * factor - summary.start) / summary.rate,
         functions=ArrayCache(CACHE_BYTES),
         lowest=ArrayCache(CACHE_BYTES),
-        lost=summary.missing / summary.n,
         factor=factor,
         summary=summary,
         reading=reading,

@@ -166,7 +166,7 @@ def screen_outliers(
     if scale == 0.0:
         return None
     z /= scale
-    there = z if data.missing is None else z[~data.missing]
+    there = data.present(z)
     step = rounding_step(data, samples) / scale
     usual = (z <= _outlier_limit(there, data.n, step)) & (
         z >= -_outlier_limit(-there, data.n, step)
@@ -178,7 +178,7 @@ def screen_outliers(
     index = np.flatnonzero(z)
     if index.size == 0 or index.size > MAX_EXCLUDED_FRACTION * data.n:
         return None
-    seen = data.samples if data.missing is None else data.samples[~data.missing]
+    seen = data.present(data.samples)
     if float(np.ptp(np.quantile(seen, [0.01, 0.99]))) == 0.0:
         return None  # a column of few codes would keep hardly more than one of them
     gain = float(np.sum(0.5 * z[index] ** 2 - np.log(data.n)))
@@ -224,7 +224,7 @@ def _exclusion_candidate(
     if effect is None or not data.whole:
         return None
     taken = effect.missing(data.n, data.rate)
-    if not np.any(taken if data.missing is None else taken & ~data.missing):
+    if not np.any(data.present(taken)):
         return None
     cleaned = without_samples(data, taken)
     cleaned = complete(cleaned, solution.model, solution.level)

@@ -108,7 +108,7 @@ class Series:
 
 def is_deformed_by_rounding(data: Data) -> bool:
     """True if rounding makes up such a large part of the white variance that the noise level depends on the bias."""
-    seen = data.samples if data.missing is None else data.samples[~data.missing]
+    seen = data.present(data.samples)
     return coarse_step(seen) ** 2 / 12.0 > MAX_ROUNDING_SHARE * 0.5 * float(np.var(np.diff(seen)))
 
 
