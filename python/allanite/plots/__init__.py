@@ -1,7 +1,6 @@
 """Figures as plain data (`spec.py`), and painters for files and for the page.
 
-Input: results such as deviations, fits and studies. Output: a `Figure`, or an SVG, PNG or PDF file. Add a figure as a
-function that returns a `Figure`; each painter draws all marks of `spec.py`.
+Add a figure as a function that returns a `Figure`; each painter draws all marks of `spec.py`.
 """
 
 from __future__ import annotations

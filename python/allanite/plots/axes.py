@@ -29,9 +29,8 @@ def finite_values(
 def log_axis(label: str, *arrays: Any, margin: float = 1.15) -> Axis:
     """Logarithmic `Axis` that covers the positive numbers of `arrays`, extended by the factor `margin` at both ends.
 
-    If it spans less than a factor of 2, both ends move by a further factor of 1.5. Without positive numbers, it lies
-    around 1. With three or more powers of ten, these are the ticks, at most 8 of them labeled. Otherwise multiples such
-    as 1, 2, 5 are ticks, too.
+    If it spans less than a factor of 2, both ends move by a further factor of 1.5. At most 8 powers of ten are labeled.
+    Below three of them, multiples such as 1, 2, 5 are ticks, too.
     """
     values = finite_values(arrays, positive=True)
     if values.size == 0:
@@ -74,7 +73,7 @@ def power_text(exponent: int, plain: bool, mantissa: int = 1) -> str:
 def linear_axis(label: str, low: float, high: float, ticks: int = 5, reverse: bool = False) -> Axis:
     """Linear `Axis` from `low` to `high` with about `ticks` ticks at most, at multiples of 1, 2 or 5 times a power of ten.
 
-    If `low` is not below `high`, 0.5 is subtracted from `low` and added to `high`, which separates equal ends.
+    Equal ends are moved apart.
     """
     if not high > low:
         low, high = low - 0.5, high + 0.5

@@ -28,20 +28,8 @@ def plot_compare(
 ) -> Figure:
     """`Figure` of several Allan deviations: recordings as points with 95 % intervals, models and data sheets as lines.
 
-    Parameters
-    ----------
-    curves : Curves or sequence of Curve
-        Result of `allanite.compare`, or objects with ``name, kind, unit, tau, deviation, low, high``. Curves are
-        converted to the unit of the first one; other kinds of sensors have their own panel below, over the same τ.
-    path : str or Path, optional
-        SVG, PNG or PDF, written if given.
-    theme : {"light", "dark"}
-    title : str
-
-    Raises
-    ------
-    InputError
-        Another suffix, a folder that does not exist, matplotlib not installed.
+    `curves` is a result of `allanite.compare`, or objects with ``name, kind, unit, tau, deviation, low, high``. Other
+    kinds of sensors have their own panel below. The figure is written to `path` (SVG, PNG or PDF) if given.
     """
     items = tuple(getattr(curves, "curves", curves))
     named = list(dict.fromkeys(c.name for c in items))
@@ -71,9 +59,8 @@ def _sensor_panel(
 ) -> Panel:
     """`Panel` of the Allan deviations of one kind of sensor, in the unit of the first curve.
 
-    `items` are tuples (index of the color, curve). Curves with intervals are points, others lines, dashed for models.
-    The y axis covers all values and intervals; an upper end counts at most as four times the value. Only the panel with
-    `last` shows the x axis.
+    `items` are tuples (index of the color, curve). The y axis covers all values and intervals; an upper end counts at
+    most as four times the value.
     """
     unit = items[0][1].unit
     measured = {curve.name for _, curve in items if curve.kind == "recording"}

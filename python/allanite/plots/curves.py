@@ -82,10 +82,10 @@ class ComponentStyle:
 
 
 def component_styles(fit: Fit) -> tuple[ComponentStyle, ...]:
-    """Tuple of `ComponentStyle` (color, dash, label), one per effect: first the noise processes, then the known functions.
+    """One `ComponentStyle` per effect, in the order of ``fit.curve.components``: noise processes, then known functions.
 
-    The order is that of ``fit.curve.components``. An effect that was not detected is dashed and labeled as a 95 %
-    limit. From the seventh effect on, colors repeat and lines are dotted.
+    An effect that was not detected is dashed and labeled as a 95 % limit. From the seventh effect on, colors repeat and
+    lines are dotted.
     """
     placed = list(enumerate(fit.model))
     random = [(k, e) for k, e in placed if isinstance(e, Stochastic)]
@@ -107,10 +107,7 @@ def component_styles(fit: Fit) -> tuple[ComponentStyle, ...]:
 
 
 def _upper_limit(effect: Effect, values: dict[str, Any]) -> float | None:
-    """Upper 95 % limit of the coefficient of an effect that was not detected.
-
-    None for effects that were detected, are no noise process, or have no interval.
-    """
+    """Upper 95 % limit of the coefficient of a noise process that was not detected; otherwise None."""
     value = values.get(effect.coefficient) if isinstance(effect, Stochastic) else None
     if not isinstance(value, Estimate) or value.detected or value.interval is None:
         return None
@@ -118,10 +115,10 @@ def _upper_limit(effect: Effect, values: dict[str, Any]) -> float | None:
 
 
 def failing_tau_ranges(fit: Fit) -> list[tuple[float, float, float]]:
-    """List of (low, high, ratio): ranges of τ (s) in which the measured curve deviates from the model; empty if it fits.
+    """(low, high, measured/model) of the ranges of τ (s) in which the measured curve deviates from the model.
 
     In a range, all residuals z (in σ) have the same sign and |z| > 2, and the largest |z| is at least 4. The ratio is
-    measured/model at the τ with this largest |z|.
+    that at the τ with this largest |z|.
     """
     curve = fit.curve
     z = np.where(np.isfinite(curve.z), curve.z, 0.0)
@@ -141,11 +138,7 @@ def failing_tau_ranges(fit: Fit) -> list[tuple[float, float, float]]:
 
 
 def tau_spans(fit: Fit) -> tuple[Span, ...]:
-    """Tuple of `Span`: shaded ranges of τ in which a model fails; empty if it fails at none.
-
-    The label, such as ``×2 too low``, is the factor between model and measurement. Each range extends by the factor
-    1.06 beyond its first and last failing τ.
-    """
+    """Shaded ranges of τ in which a model fails, labeled by the factor between model and measurement: ``×2 too low``."""
     return tuple(
         Span(
             low / 1.06,
@@ -159,10 +152,7 @@ def tau_spans(fit: Fit) -> tuple[Span, ...]:
 
 
 def spectrum_spans(fit: Fit, worst: tuple[float, float] | None) -> tuple[Span, ...]:
-    """Tuple of one `Span`: the shaded frequency range `worst` (Hz) in which the model fails; empty tuple for None.
-
-    Its text states the ratio measured/model of the frequency bin in this range with the largest |z|.
-    """
+    """The shaded frequency range `worst` (Hz) in which the model fails, if any, with the ratio of its worst bin."""
     if worst is None:
         return ()
     low, high = fit.data.bins.limits(fit.data.rate)
@@ -183,7 +173,7 @@ def interval(deviation: Array, edf: Array) -> tuple[Array, Array]:
 
 
 def _model_curves(fit: Fit) -> tuple[Array, Array, list[Array]]:
-    """Tuple (τ in s, Allan deviation of the model, list with one array of Allan deviations per effect).
+    """(τ in s, Allan deviation of the model, list with one array of Allan deviations per effect).
 
     The effects are in the order of `component_styles`; an effect that was not detected is drawn at its 95 % limit. The
     τ are those of the measured curve and up to 32 more per decade, in whole samples.
@@ -210,10 +200,10 @@ def _model_curves(fit: Fit) -> tuple[Array, Array, list[Array]]:
 
 
 def allan_panels(fit: Fit, spans: Sequence[Span]) -> tuple[Panel, ...]:
-    """Tuple of two `Panel`: Allan deviation with intervals, model, band and effects; strip of residuals in σ below.
+    """Two panels: Allan deviation with intervals, model, band and effects; strip of residuals in σ below.
 
     The y range covers both curves, and upper ends of intervals with at least 2 degrees of freedom; effects may lie
-    outside. `spans` are drawn in both panels.
+    outside.
     """
     curve, band = fit.curve, fit.band
     low, high = interval(curve.measured, curve.edf)
@@ -241,11 +231,10 @@ def allan_panels(fit: Fit, spans: Sequence[Span]) -> tuple[Panel, ...]:
 def ordinates_between(
     fit: Fit, low: float, high: float, whole: bool = False, most: int = MAX_SINGLE
 ) -> tuple[Array, Array]:
-    """Tuple (frequencies in Hz, two-sided densities) of the single ordinates between the frequencies `low` and `high`.
+    """(frequencies in Hz, two-sided densities) of the single ordinates between `low` and `high` Hz.
 
     The model's known functions of time are removed, unless `whole`. With more than `most` ordinates, groups of
-    neighbors are averaged. Both arrays are empty for summaries, if over 10 % of the samples are missing, and if no
-    ordinate is between `low` and `high`.
+    neighbors are averaged. Both arrays are empty for summaries, and if over 10 % of the samples are missing.
     """
     data = fit.data
     j, starts = _ordinate_groups(fit, low, high, most)
@@ -257,12 +246,7 @@ def ordinates_between(
 def residuals_between(
     fit: Fit, low: float, high: float, most: int = MAX_SINGLE
 ) -> tuple[Array, Array]:
-    """Tuple (frequencies in Hz, standard normal scores) of the single ordinates between the frequencies `low` and `high`.
-
-    A score compares the measured with the expected power. With more than `most` ordinates, groups of neighbors are
-    averaged. Both arrays are empty for summaries, if over 10 % of the samples are missing, and if no ordinate is
-    between `low` and `high`.
-    """
+    """(frequencies in Hz, standard normal scores of measured versus expected power), otherwise like `ordinates_between`."""
     from allanite.fit.likelihood.whittle import normal_scores
 
     data = fit.data
@@ -277,11 +261,10 @@ def residuals_between(
 
 
 def _ordinate_groups(fit: Fit, low: float, high: float, most: int) -> tuple[Ordinates, Ordinates]:
-    """Tuple (j, starts) of integer arrays: single ordinates from `low` to `high` Hz, in at most `most` groups of neighbors.
+    """(j, starts): single ordinates from `low` to `high` Hz, and the indices into j at which at most `most` groups begin.
 
-    Ordinate j of the cosine transform has the frequency j·rate/(2 n). `starts` are the indices into the array j at
-    which a group begins. Both are empty for summaries, if over 10 % of the samples are missing, and if the range has no
-    ordinate.
+    Ordinate j of the cosine transform has the frequency j·rate/(2 n). Both are empty for summaries, and if over 10 % of
+    the samples are missing.
     """
     data = fit.data
     step = data.rate / (2.0 * data.n)
@@ -298,9 +281,9 @@ def _group_means(values: NDArray[np.floating[Any]], starts: Ordinates) -> Array:
 
 
 def _narrow_band_ranges(fit: Fit) -> list[tuple[float, float]]:
-    """List of (low, high): frequency ranges in Hz around the bands of the model that are narrower than a frequency bin.
+    """(low, high) in Hz around and beyond the bands of the model that are narrower than a frequency bin.
 
-    Each range extends beyond its band on both sides. Empty for summaries, and if over 10 % of the samples are missing.
+    Empty for summaries, and if over 10 % of the samples are missing.
     """
     if not has_all_ordinates(fit.data):
         return []
@@ -313,10 +296,10 @@ def _narrow_band_ranges(fit: Fit) -> list[tuple[float, float]]:
 
 
 def _single_ordinates(fit: Fit, spans: Sequence[Span], lines: Sequence[float]) -> list[Line]:
-    """List of `Line` that show single ordinates of the spectrum instead of averages.
+    """Lines that show single ordinates of the spectrum instead of averages.
 
-    They are drawn in failing ranges `spans` with margins, and near spectral lines and narrow bands of the model. They
-    are also drawn near `lines`, the frequencies (Hz) of missing spectral lines. Ranges without ordinates have no line.
+    They are drawn in failing ranges `spans` with margins, near spectral lines and narrow bands of the model, and near
+    `lines`, the frequencies (Hz) of missing spectral lines.
     """
     out = [
         Line(*ordinates_between(fit, *near), "raw", SINGLE, 1.0)
@@ -349,15 +332,8 @@ def missing_lines(check: Check | None) -> tuple[float, ...]:
 class _SpectrumGrid:
     """Frequencies at which the spectrum of a fit is drawn: points that average bins, and vertices of the model's lines.
 
-    Attributes
-    ----------
-    fit : Fit
-    first : ndarray of int, shape (points,)
-        Index of the first bin of each point.
-    count, frequency : ndarray, shape (points,)
-        Degrees of freedom and frequency (Hz) of each point.
-    at, order, ordinates : ndarray
-        Frequencies of the vertices in Hz, order and ordinates, as from `_line_frequencies`.
+    Points have the index of their `first` bin, `count` (degrees of freedom) and `frequency` (Hz). The vertices `at`
+    (Hz), `order` and `ordinates` are those of `_line_frequencies`.
     """
 
     fit: Fit
@@ -369,21 +345,17 @@ class _SpectrumGrid:
     ordinates: Ordinates
 
     def point_densities(self, power: Array) -> Array:
-        """Array of the two-sided density (U²/Hz, U the unit of the samples) at each drawn point of the spectrum.
-
-        `power` has one value per frequency bin. Each point is the mean over its bins, weighted with their number of
-        ordinates.
-        """
+        """Two-sided density (U²/Hz, U the unit of the samples) at each drawn point; `power` has a value per bin."""
         data = self.fit.data
         weights = data.bins.count
         total, width = (np.add.reduceat(v, self.first) for v in (weights * power, weights))
         return np.asarray(total / width / data.rate)
 
     def line_densities(self, power: Array, terms: tuple[Term, ...], theta: float) -> Array:
-        """Array of the two-sided density (U²/Hz) of a model at the frequencies `at`, to be drawn as a line.
+        """Two-sided density (U²/Hz) of a model at the frequencies `at`, to be drawn as a line.
 
-        At points that average bins, it is `point_densities` of `power` (one value per frequency bin). At single
-        ordinates near narrow bands, it is exact: `theta` times the spectrum of `terms`.
+        At points that average bins, it is `point_densities` of `power`. At single ordinates near narrow bands, it is
+        exact: `theta` times the spectrum of `terms`.
         """
         near, data = self.ordinates, self.fit.data
         exact = theta * density(terms, near, data.bins.n) / data.rate if near.size else np.zeros(0)
@@ -391,10 +363,9 @@ class _SpectrumGrid:
 
 
 def _spectrum_grid(fit: Fit) -> _SpectrumGrid:
-    """`_SpectrumGrid` with the frequencies (Hz) at which the spectrum of a fit is drawn.
+    """`_SpectrumGrid` of a fit.
 
-    Each drawn point averages one or more neighboring frequency bins. Its frequency is the geometric mean of the lower
-    limit of the first and the upper limit of the last of these bins.
+    The frequency of a point is the geometric mean of the lower limit of its first and the upper limit of its last bin.
     """
     bins, rate = fit.data.bins, fit.data.rate
     first, count = _merged_bins(fit.solution.count)
@@ -406,10 +377,7 @@ def _spectrum_grid(fit: Fit) -> _SpectrumGrid:
 
 
 def _effect_marks(grid: _SpectrumGrid) -> list[Mark]:
-    """List of a `Line` for the density of each noise process of a fit, and a dashed `Rule` for each spectral line.
-
-    A process that was not detected is at its 95 % limit.
-    """
+    """A `Line` for the density of each noise process, or of its 95 % limit; a dashed `Rule` per spectral line."""
     fit, marks = grid.fit, list[Mark]()
     for part in component_styles(fit):
         own = fit.solution.effects[part.place]
@@ -424,10 +392,9 @@ def _effect_marks(grid: _SpectrumGrid) -> list[Mark]:
 
 
 def _points_before_removal(grid: _SpectrumGrid, measured: Array) -> list[Points]:
-    """List of at most one `Points`: spectrum before the model's known functions of time (lines, steps) were removed.
+    """At most one `Points`: spectrum before the model's known functions of time (lines, steps) were removed.
 
-    Densities are two-sided. Points are drawn only where this density differs from `measured`, the density after the
-    removal, by over 10 %. The list is empty if there is no such point or no known function.
+    Points are drawn only where this density differs from `measured`, the density after the removal, by over 10 %.
     """
     if not grid.fit.model.deterministic:
         return []
@@ -442,11 +409,9 @@ def _points_before_removal(grid: _SpectrumGrid, measured: Array) -> list[Points]
 def spectrum_panels(
     fit: Fit, column: int = 1, spans: Sequence[Span] = (), lines: Sequence[float] = ()
 ) -> tuple[Panel, ...]:
-    """Tuple of two `Panel`: power spectral density (two-sided) with model and effects, and below it residuals in σ.
+    """Two panels: power spectral density (two-sided) with model and effects, and below it residuals in σ.
 
     Single ordinates are drawn in the failing ranges `spans` and at `lines`, the frequencies (Hz) of missing lines.
-    Where removing the model's known functions of time changed the density by over 10 %, the density before is drawn,
-    too.
     """
     from scipy.special import chdtri
 
@@ -492,7 +457,7 @@ def spectrum_panels(
 def _line_frequencies(
     fit: Fit, frequency: Array, limits: tuple[Array, Array]
 ) -> tuple[Array, NDArray[np.intp], Ordinates]:
-    """Tuple (vertices in Hz, order, ordinates): frequencies at which the curve of a model is drawn in the spectrum.
+    """(vertices in Hz, order, ordinates): frequencies at which the curve of a model is drawn in the spectrum.
 
     Most vertices are the measured points at `frequency` (Hz), each a mean over bins between the `limits` (low, high).
     Near bands of the model that are narrower than bins, single ordinates replace the points. `ordinates` are their
@@ -513,10 +478,9 @@ def _line_frequencies(
 
 
 def _merged_bins(count: Array) -> tuple[NDArray[np.int64], Array]:
-    """Tuple (index of the first bin of each plotted point, degrees of freedom of each point), both of shape (points,).
+    """(index of the first bin, degrees of freedom) of each plotted point, because a screen cannot resolve all bins.
 
-    `count` has the degrees of freedom of each bin. Neighboring bins become one point because a screen cannot resolve more.
-    A point has at least 4 degrees of freedom, unless all bins together have fewer.
+    `count` has the degrees of freedom of each bin. A point has at least 4 degrees of freedom, if possible.
     """
     cells = cells_of(count.size)
     first, total = [0], 0.0
@@ -532,11 +496,7 @@ def _merged_bins(count: Array) -> tuple[NDArray[np.int64], Array]:
 
 
 def _residual_panel(x: Axis, at: Array, z: Array, column: int, spans: Sequence[Span]) -> Panel:
-    """`Panel` of residuals below a curve: standard normal scores `z` as points at the x values `at`.
-
-    It has guide lines at 0, ±2 and ±3.5 and the shaded ranges `spans` without texts. Scores that are not finite are
-    left out.
-    """
+    """`Panel` of residuals below a curve: standard normal scores `z` at the x values `at`, and guides at 0, ±2 and ±3.5."""
     marks: list[Mark] = [
         *(replace(span, text="") for span in spans),
         Rule(0.0, "y", "guide", "solid"),

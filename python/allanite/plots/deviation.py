@@ -39,19 +39,7 @@ def plot_deviation(
 ) -> Figure:
     """`Figure`: a deviation over averaging time, with its interval if known, on logarithmic axes.
 
-    Parameters
-    ----------
-    deviation : Deviation
-    path : str or Path, optional
-        SVG, PNG or PDF, written if given.
-    theme : {"light", "dark"}
-    recording : Recording, optional
-        Named in the subtitle.
-
-    Raises
-    ------
-    InputError
-        Another suffix, a folder that does not exist, matplotlib not installed.
+    The subtitle names the `recording`. The figure is written to `path` (SVG, PNG or PDF) if given.
     """
     deviation = in_figure_unit(deviation)
     points = deviation_points(deviation, "measured", "estimate")
@@ -67,8 +55,7 @@ def plot_deviation(
 def deviation_points(deviation: Deviation, color: str, label: str) -> Points:
     """`Points` of a deviation at the τ (s) where it is finite and positive, so that logarithmic axes can show it.
 
-    If its confidence interval is known, the points have error bars, and the label becomes ``label ± 95 %``, with the
-    actual confidence.
+    If its confidence interval is known, the points have error bars, and the label becomes ``label ± 95 %``.
     """
     values, low = np.asarray(deviation.deviation), np.asarray(deviation.low)
     kept = np.isfinite(values) & (values > 0)
@@ -98,20 +85,8 @@ def plot_stability(
 ) -> Figure:
     """`Figure`: several deviations of one record with intervals, guide lines for noise slopes, and a table of the values.
 
-    Parameters
-    ----------
-    deviations : sequence of Deviation
-        Deviations in the same unit. The first six are drawn; the table has all.
-    path : str or Path, optional
-        SVG, PNG or PDF, written if given.
-    theme : {"light", "dark"}
-    recording : Recording, optional
-        Named in the subtitle.
-
-    Raises
-    ------
-    InputError
-        Another suffix, a folder that does not exist, matplotlib not installed.
+    The deviations have one unit. The first six are drawn; the table has all. The subtitle names the `recording`. The
+    figure is written to `path` (SVG, PNG or PDF) if given.
     """
     deviations = [in_figure_unit(one) for one in deviations]
     first = deviations[0]
@@ -152,10 +127,10 @@ def _slope_guide(
     x: Axis,
     y: Axis,
 ) -> tuple[Line, Note]:
-    """Tuple (dotted `Line` with a given log-log slope through the middle of the first curve, `Note` with its label `name`).
+    """(dotted `Line` with a given log-log slope through the middle of the first curve, `Note` with its label `name`).
 
-    The line spans the finite positive values. The label is near the low end of the line, apart from points and intervals,
-    and closer to this line than to the lines of the other `slopes`.
+    The label is near the low end of the line, apart from points and intervals, and closer to this line than to the
+    lines of the other `slopes`.
     """
     points = deviation_points(deviations[0], "", "")
     tau, values = points.x, points.y

@@ -26,19 +26,7 @@ def plot_dynamic(
 ) -> Figure:
     """`Figure`: overlapping Allan deviation of windows along the record, over time, with a line for each of up to six τ.
 
-    Lines are interrupted where a value is NaN. With at most 80 windows, each value is also a point.
-
-    Parameters
-    ----------
-    dynamic : DynamicDeviation
-    path : str or Path, optional
-        SVG, PNG or PDF, written if given.
-    theme : {"light", "dark"}
-
-    Raises
-    ------
-    InputError
-        Another suffix, a folder that does not exist, matplotlib not installed.
+    The figure is written to `path` (SVG, PNG or PDF) if given.
     """
     half = 0.5 * dynamic.window
     low, high = float(dynamic.time[0]) - half, float(dynamic.time[-1]) + half

@@ -32,22 +32,7 @@ if TYPE_CHECKING:
 def plot_fit(fit: Fit, path: str | Path | None = None, theme: str = "light") -> Figure:
     """`Figure`: Allan deviation and spectrum with the model, its band and its effects; residuals in σ below each.
 
-    Parameters
-    ----------
-    fit : Fit
-    path : str or Path, optional
-        SVG, PNG or PDF, written if given.
-    theme : {"light", "dark"}
-
-    Returns
-    -------
-    Figure
-        The figure as data; notebooks display it.
-
-    Raises
-    ------
-    InputError
-        Another suffix, a folder that does not exist, matplotlib not installed.
+    The figure is written to `path` (SVG, PNG or PDF) if given.
     """
     figure = _fit_figure(fit)
     return figure.saved(path, theme)
@@ -56,9 +41,8 @@ def plot_fit(fit: Fit, path: str | Path | None = None, theme: str = "light") -> 
 def plot_check(check: Check, path: str | Path | None = None, theme: str = "light") -> Figure:
     """`Figure` as from `plot_fit`, with ranges shaded in which the model fails, and the strongest missing effect named.
 
-    Panels on the right show the samples over time if the model fails at some time. They also do if a missing effect is
-    a function of time; a logged column that this effect follows is drawn below. The figure is written to `path` (SVG,
-    PNG or PDF) if given. Raises `InputError` if this is not possible.
+    Panels on the right show the samples over time if the model fails at some time, or if a missing effect is a function
+    of time; a logged column that this effect follows is drawn below.
     """
     fit = check.fit
     spans = spectrum_spans(fit, check.where.worst_frequency)
@@ -74,7 +58,7 @@ def _fit_figure(
     lines: Sequence[float] = (),
     more: tuple[Panel, ...] = (),
 ) -> Figure:
-    """`Figure` of a fit with shaded ranges of τ and frequency and with single ordinates at `lines` (Hz).
+    """`Figure` of a fit with shaded ranges of τ and frequency, and single ordinates at `lines` (Hz).
 
     The panels `more` are in a third column.
     """
@@ -91,10 +75,10 @@ def _fit_figure(
 
 
 def _time_panels(check: Check) -> tuple[Panel, ...]:
-    """Tuple of one or two `Panel`: means of the samples over time, and the logged column that the missing effect follows.
+    """Panel with means of the samples over time, and one with the logged column that the missing effect follows.
 
     The time range in which the model fails is shaded, and the first missing effect that is a slow function of time is
-    drawn. The tuple is empty if there is neither, for summaries, and if over 10 % of the samples are missing.
+    drawn. Empty if there is neither, for summaries, and if over 10 % of the samples are missing.
     """
     fit, worst = check.fit, check.where.worst_time
     missing = (s.effect for s in check.significant)
@@ -124,10 +108,7 @@ def _time_panels(check: Check) -> tuple[Panel, ...]:
 
 
 def goodness_of_fit_text(fit: Fit) -> str:
-    """Text: χ² per degree of freedom, p-value, and rms residual of the Allan deviation with its expected scatter.
-
-    The residual is left out if it is not known.
-    """
+    """χ² per degree of freedom, p-value, and, if known, rms residual of the Allan deviation with its expected scatter."""
     misfit, error = fit.misfit, fit.error
     text = f"χ²/dof {number(misfit.reduced)} ({p_text(misfit.p_value)})"
     if error.adev_rms_percent is not None and error.chance_rms_percent is not None:

@@ -110,18 +110,8 @@ STYLES = {
 def save(figure: Figure, path: str | Path, theme: str = "light", style: str = "screen") -> None:
     """Write a figure to a file; an existing file is replaced only after the new file is complete.
 
-    Parameters
-    ----------
-    figure : Figure
-    path : str or Path
-        Path that ends in .svg, .png or .pdf.
-    theme : {"light", "dark"}
-    style : {"screen", "paper", "slides"}
-
-    Raises
-    ------
-    InputError
-        Another suffix, a folder that does not exist, an unknown theme or style, matplotlib not installed.
+    `path` ends in .svg, .png or .pdf. `style` is screen, paper or slides. Raises `InputError` for others, for a folder
+    that does not exist, and without matplotlib.
     """
     target = Path(path)
     kind = target.suffix.lower().removeprefix(".")
@@ -140,10 +130,7 @@ def render(
     size: tuple[float, float] | None = None,
     style: str = "screen",
 ) -> bytes:
-    """Bytes of a figure as SVG, PNG or PDF (`kind`); `size` in inches, None for that of the style.
-
-    A PNG has 100 pixels per inch, 300 in the style ``paper``.
-    """
+    """Bytes of a figure as SVG, PNG or PDF (`kind`); `size` in inches, None for that of the style."""
     canvas = draw(figure, theme, size, style)
     stream = io.BytesIO()
     metadata = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}.get(kind)
@@ -166,13 +153,7 @@ def draw(
     size: tuple[float, float] | None = None,
     style: str = "screen",
 ) -> Any:
-    """``matplotlib.figure.Figure`` of a figure; `size` in inches, None for that of the style.
-
-    Raises
-    ------
-    InputError
-        An unknown theme or style, matplotlib not installed.
-    """
+    """``matplotlib.figure.Figure`` of a figure; `size` in inches, None for that of the style."""
     if style not in STYLES:
         raise InputError(f"unknown style {style!r}: {', '.join(STYLES)}")
     form = STYLES[style]
@@ -232,10 +213,7 @@ def _working_folder_without_settings() -> Iterator[None]:
 
 
 def _in_one_column(figure: Figure) -> Figure:
-    """Copy of a figure with all panels below each other, without title and subtitle.
-
-    The panels of the first column of the grid come first, then those of the second.
-    """
+    """Copy of a figure with all panels below each other, column by column, without title and subtitle."""
     ordered = sorted(figure.panels, key=lambda p: (p.column, p.row))
     heights = [sum(figure.heights[p.row : p.row + p.rows]) for p in ordered]
     most = max(heights)
@@ -292,10 +270,7 @@ def _table_height(figure: Figure, form: Style) -> float:
 
 
 def _table_in_blocks(table: str, letters: int) -> str:
-    """Text of a table in blocks of at most `letters` width; each block repeats the first column.
-
-    A narrower table is unchanged.
-    """
+    """Text of a table in blocks of at most `letters` width; each block repeats the first column."""
     lines = table.splitlines()
     if max(map(len, lines)) <= letters:
         return table
@@ -316,10 +291,7 @@ def _table_in_blocks(table: str, letters: int) -> str:
 
 
 def _apply_sizes(canvas: Any, form: Style) -> None:
-    """Set the sizes of letters, lines and points of a canvas to those of a style, in place.
-
-    Nothing is changed if ``form.points`` is None (the style for the screen).
-    """
+    """Set the sizes of letters, lines and points of a canvas to those of a style, in place."""
     if form.points is None:
         return
     from matplotlib.collections import LineCollection
@@ -339,10 +311,7 @@ def _apply_sizes(canvas: Any, form: Style) -> None:
 
 
 def _draw_texts(canvas: Any, figure: Figure, look: Theme, form: Style) -> tuple[float, float]:
-    """Draw title, subtitle, table and legend; returns the tuple (top, bottom) of the panels as fractions of the height.
-
-    The title has at most two lines. The legend is below the panels, or with a table inside the first one.
-    """
+    """Draw title, subtitle, table and legend; returns (top, bottom) of the panels as fractions of the height."""
     width, height = canvas.get_size_inches()
     grown = _letter_scale(form)
     bottom = 0.0
@@ -393,10 +362,7 @@ def _draw_texts(canvas: Any, figure: Figure, look: Theme, form: Style) -> tuple[
 
 
 def _with_subscript(text: str) -> dict[str, Any]:
-    """Dict of the matplotlib properties `text` and `parse_math`.
-
-    The y of σ_y becomes a subscript, unless the text has a $; all else stays literal.
-    """
+    """Matplotlib properties `text` and `parse_math`: the y of σ_y becomes a subscript; all else stays literal."""
     if "σ_y" not in text or "$" in text:
         return {"text": text, "parse_math": False}
     return {"text": text.replace("σ_y", r"$\sigma_y$"), "parse_math": True}
@@ -414,10 +380,7 @@ def _legend_columns(labels: list[str], letters: float) -> int:
 
 
 def _legend_symbol(mark: Mark, look: Theme) -> Any:
-    """Matplotlib artist of a mark's symbol in the legend: patch, marker or line.
-
-    Raises `TypeError` for a mark without a legend entry.
-    """
+    """Matplotlib artist of a mark's symbol in the legend: patch, marker or line."""
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
@@ -432,10 +395,7 @@ def _legend_symbol(mark: Mark, look: Theme) -> Any:
 
 
 def _marker(mark: Points, look: Theme) -> dict[str, Any]:
-    """Dict of the marker properties of points, as keyword arguments of matplotlib.
-
-    Hollow points have the ground's color inside.
-    """
+    """Marker properties of points for matplotlib; hollow points have the ground's color inside."""
     color = look.color(mark.color)
     return {
         "marker": "o",
@@ -447,11 +407,7 @@ def _marker(mark: Points, look: Theme) -> dict[str, Any]:
 
 
 def _draw_panel(canvas: Any, axes: Any, panel: Panel, look: Theme, letters: float) -> None:
-    """Draw a panel, its axes and its marks into matplotlib `axes`, whose width is about `letters` bold letters.
-
-    The texts of shaded ranges (`Span`) are written one below the other. A panel with bars has no ticks and no grid on the y
-    axis.
-    """
+    """Draw a panel, its axes and its marks into matplotlib `axes`, whose width is about `letters` bold letters."""
     axes.set_facecolor(look.panel)
     for side, spine in axes.spines.items():
         spine.set_color(look.faint)

@@ -36,18 +36,7 @@ GAP_BELOW_LABEL = 0.17
 
 
 def paint(figure: Figure, theme: str = "light") -> dict[str, Any]:
-    """Dict ``{"data": […], "layout": {…}}`` of a figure, of plain numbers, lists and texts.
-
-    Parameters
-    ----------
-    figure : Figure
-    theme : {"light", "dark"}
-
-    Returns
-    -------
-    dict
-        Arguments of ``Plotly.newPlot(div, data, layout)``; NaN is replaced by None.
-    """
+    """Arguments ``{"data": […], "layout": {…}}`` of ``Plotly.newPlot``: plain numbers, lists and texts; no NaN."""
     look = theme_of(theme)
     layout: dict[str, Any] = {
         "paper_bgcolor": look.ground,
@@ -122,7 +111,7 @@ def _row_gap(figure: Figure) -> float:
 def _grid_domain(
     sizes: tuple[float, ...], place: int, span: int, gap: float, bare: frozenset[int] = frozenset()
 ) -> list[float]:
-    """List [start, end] of a panel, as fractions 0 … 1 of the figure, along its rows or columns of relative `sizes`.
+    """[start, end] of a panel, as fractions 0 … 1 of the figure, along its rows or columns of relative `sizes`.
 
     The panel covers `span` rows or columns from index `place` on. The gap between two of them is `gap`, and a quarter
     of it before a column in `bare`.
@@ -135,10 +124,7 @@ def _grid_domain(
 
 
 def _matching_axis(figure: Figure, panel: Panel) -> str | None:
-    """Name of the x axis (``x``, ``x2``, …) of the first panel in the same column with an equal x axis.
-
-    None without one above.
-    """
+    """Name of the x axis (``x``, ``x2``, …) of the first panel above with an equal x axis, or None."""
     for count, other in enumerate(figure.panels, 1):
         if other is not panel and other.column == panel.column and other.x == panel.x:
             return None if other.row > panel.row else ("x" if count == 1 else f"x{count}")
@@ -148,10 +134,7 @@ def _matching_axis(figure: Figure, panel: Panel) -> str | None:
 def _plotly_axis(
     axis: Axis, panel: Panel, domain: list[float], anchor: str, show: bool, look: Theme
 ) -> dict[str, Any]:
-    """Dict: plotly layout of one axis; `anchor` is the name of the crossing axis.
-
-    Without `show`, the ticks have no texts and the axis has no label.
-    """
+    """Plotly layout of one axis; `anchor` is the name of the crossing axis. Without `show`, it has no texts."""
     ends = [math.log10(axis.low), math.log10(axis.high)] if axis.log else [axis.low, axis.high]
     return {
         "type": "log" if axis.log else "linear",
@@ -193,7 +176,7 @@ def _rgba(color: str, alpha: float) -> str:
 class _PanelPainter:
     """Adds the marks of one panel to the traces `data` and the `layout` of a plotly document, in place.
 
-    Ranges and rules are shapes; an empty trace makes their legend entry. `suffix` is that of the panel's axes.
+    Ranges and rules are shapes; an empty trace makes their legend entry.
     """
 
     def __init__(
@@ -295,10 +278,7 @@ class _PanelPainter:
         self.add_scatter([None], [None], mark.label, mode="markers", marker=marker)
 
     def add_span_text(self, mark: Span) -> None:
-        """Add the text of a shaded range at the upper edge, inside the x axis.
-
-        If the panel already has such texts, it is placed below them.
-        """
+        """Add the text of a shaded range at the upper edge, inside the x axis and below earlier texts."""
         axis = self.layout[f"xaxis{self.suffix}"]
         first, last = sorted(axis["range"])
         ends = [math.log10(v) if axis["type"] == "log" else v for v in (mark.low, mark.high)]
@@ -389,10 +369,7 @@ class _PanelPainter:
 
 
 def _band_outline(band: Band) -> tuple[Any, Any]:
-    """Tuple (x, y) of the outline of a band: a closed polygon for each range without NaN, separated by NaN.
-
-    Both are empty lists if the band has no finite values.
-    """
+    """(x, y) of the outline of a band: a closed polygon for each range without NaN, separated by NaN."""
     pieces = band.gap_free_ranges()
     x: list[Any] = []
     y: list[Any] = []

@@ -40,24 +40,7 @@ def plot_recording(
 ) -> Figure:
     """`Figure`: samples over time, one panel per column: range and mean of short segments; gaps interrupt the lines.
 
-    Parameters
-    ----------
-    recording : Recording
-    path : str or Path, optional
-        SVG, PNG or PDF, written if given.
-    theme : {"light", "dark"}
-    segments : int
-        Number of segments of the time axis.
-
-    Returns
-    -------
-    Figure
-        The figure as data; notebooks display it.
-
-    Raises
-    ------
-    InputError
-        Another suffix, a folder that does not exist, matplotlib not installed.
+    `segments` is the number of segments of the time axis. The figure is written to `path` (SVG, PNG or PDF) if given.
     """
     columns = list(recording)
     panels = tuple(
@@ -79,8 +62,7 @@ def samples_panel(
 ) -> Panel:
     """`Panel` of one column over time: minimum, maximum and mean of each of `segments` short segments.
 
-    Only the mean if minimum and maximum are equal everywhere. `last` shows the time axis, `named` labels the y axis
-    with the name of the column.
+    Only the mean if minimum and maximum are equal everywhere. `last` shows the time axis.
     """
     size, name = time_scale(column.duration)
     time, low, high, mean = _segment_statistics(column.rate_samples(), segments)
@@ -121,8 +103,7 @@ def signal_line(
 ) -> Line:
     """`Line` of a function of time over `n` samples from `first` on, shifted to the mean of all samples.
 
-    `signal` has one value for each rate sample of the log. At most 1600 points are drawn; times have the unit that suits
-    these samples.
+    At most 1600 points are drawn; times have the unit that suits these samples.
     """
     n = signal.size - first if n is None else min(n, signal.size - first)
     size, _ = time_scale(n / log.rate)
@@ -166,10 +147,7 @@ def column_panel(
 
 
 def _segment_statistics(samples: NDArray[Any], segments: int) -> tuple[Array, Array, Array, Array]:
-    """Tuple of arrays (time relative to the duration, minimum, maximum, mean) of at most `segments` equal segments.
-
-    The last three are NaN if all samples of a segment are missing.
-    """
+    """(time relative to the duration, minimum, maximum, mean) of at most `segments` equal segments, NaN without samples."""
     values = np.ascontiguousarray(samples, dtype=np.float64)
     low, high = _kernels.envelope(values, segments)
     middle, mean = _segment_means(values, low.size)
@@ -177,10 +155,7 @@ def _segment_statistics(samples: NDArray[Any], segments: int) -> tuple[Array, Ar
 
 
 def _segment_means(values: NDArray[Any], segments: int) -> tuple[Array, Array]:
-    """Tuple (middle of each segment, as an index of samples; mean of its finite values, NaN without any).
-
-    The segments are those of `_kernels.envelope`.
-    """
+    """(middle as an index of samples, mean of the finite values or NaN) of each segment of `_kernels.envelope`."""
     edges = np.arange(segments + 1) * values.size // segments
     there = np.isfinite(values)
     count = np.add.reduceat(there, edges[:-1], dtype=float)

@@ -24,27 +24,18 @@ def density_axis(unit: str, axis: Axis) -> Axis:
 
 
 def sample_axis(unit: str, axis: Axis, words: str) -> Axis:
-    """Copy of a linear axis for samples in `unit`, with a label of the noun `words` and its quantity.
-
-    Samples with the unit ``1`` are labeled as fractional frequencies.
-    """
+    """Copy of a linear axis for samples in `unit`, with a label of the noun `words`; unit ``1`` is fractional frequency."""
     label = f"{words} as {FREQUENCY}" if unit == "1" else label_in_unit(words, unit)
     return replace(axis, label=label, quantity=Quantity(words, unit, samples=True))
 
 
 def in_figure_units(figure: Figure) -> Figure:
-    """Copy of a figure whose deviations, densities and samples have the requested units, or else those of data sheets.
-
-    Panels whose y axis states no quantity are unchanged.
-    """
+    """Copy of a figure whose deviations, densities and samples have the requested units, or else those of data sheets."""
     return replace(figure, panels=tuple(map(_in_figure_unit, figure.panels)))
 
 
 def _in_figure_unit(panel: Panel) -> Panel:
-    """Copy of a panel whose y values and marks are in the unit of figures (`figure_unit`).
-
-    The panel itself if its y axis states no quantity or has that unit.
-    """
+    """Copy of a panel whose y values and marks are in the unit of figures (`figure_unit`)."""
     axis, quantity = panel.y, panel.y.quantity
     if quantity is None:
         return panel

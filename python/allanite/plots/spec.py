@@ -17,7 +17,7 @@ Array = NDArray[np.float64]
 
 
 def text_anchor(middle: float, width: float) -> tuple[float, str]:
-    """Tuple (position, alignment) of a text with a `width` around a `middle`, all relative to the axis (0 to 1).
+    """(position, alignment) of a text with a `width` around a `middle`, all relative to the axis (0 to 1).
 
     The text is ``"center"`` at the middle. If it would leave the axis, it is ``"left"`` at 0 or ``"right"`` at 1.
     """
@@ -27,10 +27,7 @@ def text_anchor(middle: float, width: float) -> tuple[float, str]:
 
 
 def _freeze_arrays(thing: object, *names: str) -> None:
-    """Convert the named fields of an object to read-only float arrays, in place; None stays None.
-
-    Raises `InputError` unless they have equal shapes.
-    """
+    """Convert the named fields of an object to read-only float arrays of equal shape, in place; None stays None."""
     sizes = set()
     for name in names:
         value = getattr(thing, name)
@@ -97,10 +94,7 @@ class Band:
         _freeze_arrays(self, "x", "low", "high")
 
     def gap_free_ranges(self) -> list[NDArray[np.intp]]:
-        """List of index arrays: one per range of consecutive points at which both `low` and `high` are finite.
-
-        Empty if there is no such point.
-        """
+        """One index array per range of consecutive points at which both `low` and `high` are finite."""
         there = np.isfinite(self.low) & np.isfinite(self.high)
         ranges = np.split(np.arange(there.size), np.flatnonzero(np.diff(there)) + 1)
         return [piece for piece in ranges if there[piece].any()]
@@ -202,7 +196,7 @@ def label_of(mark: Mark) -> str:
 class Quantity:
     """What an axis shows: `words` of its label, the `unit` of the samples, and the `power` of that unit.
 
-    The power is 1 for samples and deviations and 2 for densities; `samples` is True for samples.
+    The power is 1 for samples and deviations and 2 for densities.
     """
 
     words: str
@@ -282,10 +276,7 @@ class Figure:
     below: str = ""
 
     def legend(self) -> tuple[Mark, ...]:
-        """Tuple of the marks in the legend, one per label: points first, then marks in the color of the model, then others.
-
-        If several marks have the same label, the first one is used. Marks without a label are left out.
-        """
+        """One mark per label: points first, then marks in the color of the model, then others."""
         seen: dict[str, Mark] = {}
         for panel in self.panels:
             for mark in panel.marks:

@@ -30,20 +30,7 @@ TITLE, LEGEND, LINES = 92, 32, 31
 def plot_study(study: Study, path: str | Path | None = None, theme: str = "light") -> Figure:
     """`Figure`: errors of each step, and the Allan deviation and the spectrum with the first and the last model.
 
-    The errors are the unexplained misfit, the error of the Allan deviation, and the model discrepancy if a step has one.
-    They are left out if the study has one step.
-
-    Parameters
-    ----------
-    study : Study
-    path : str or Path, optional
-        SVG, PNG or PDF, written if given.
-    theme : {"light", "dark"}
-
-    Raises
-    ------
-    InputError
-        Another suffix, a folder that does not exist, matplotlib not installed.
+    The figure is written to `path` (SVG, PNG or PDF) if given.
     """
     ladder = study.ladder
     names = _step_texts(ladder)
@@ -77,7 +64,7 @@ def _model_text(model: Model, letters: int = LEGEND) -> str:
 
 
 def _step_texts(ladder: Sequence[Rung]) -> tuple[str, ...]:
-    """Tuple of one text per step, printed at its bar: the changes of the step, one per line, with values of new effects.
+    """One text per step, printed at its bar: the changes of the step, one per line, with values of new effects.
 
     The values are left out if they need so many lines that they would touch the text of the bar above or below.
     """
@@ -94,7 +81,7 @@ def _step_texts(ladder: Sequence[Rung]) -> tuple[str, ...]:
 
 
 def _step_text(step: Rung, numbers: bool) -> str:
-    """Text of the changes of one step, one per line; "start" and the model for the first step.
+    """Changes of one step, one per line; "start" and the model for the first step.
 
     With `numbers`, a line below each new effect has its values, unless the step removed an effect.
     """
@@ -113,10 +100,7 @@ def _step_text(step: Rung, numbers: bool) -> str:
 
 
 def _bar_colors(steps: int) -> tuple[str, ...]:
-    """Tuple of the color role of each bar: ``"model"`` for the first step, ``"c1"`` for the last, ``"before"`` for others.
-
-    The colors are those of the curves; a single bar is ``"c1"``.
-    """
+    """Color role of each bar, as for curves: ``"model"`` for the first, ``"c1"`` for the last, ``"before"`` for others."""
     return tuple("c1" if i == steps - 1 else "model" if i == 0 else "before" for i in range(steps))
 
 
@@ -125,8 +109,7 @@ def _bar_panel(
 ) -> Panel:
     """`Panel` of bars for one error measure, one bar per step; `guide` is the position of a dashed line, or None.
 
-    `names` are the texts of the steps. None in `values` is a bar without length and the text ``–``. Names are shown in
-    column 0 only.
+    None in `values` is a bar without length and the text ``–``.
     """
     numbers = np.array([np.nan if v is None else v for v in values], dtype=float)
     texts = tuple("–" if v is None else number(v) for v in values)
@@ -143,10 +126,7 @@ def _bar_panel(
 
 
 def _deviation_panel(study: Study, column: int) -> Panel:
-    """`Panel` of the measured Allan deviation with the first and the last model, and the scatter expected from the last.
-
-    The first model is left out if the study has one step.
-    """
+    """`Panel` of the measured Allan deviation with the first and the last model, and the scatter expected from the last."""
     first, last = study.ladder[0].fit, study.fit
     curve = last.curve
     low, high = interval(curve.measured, curve.edf)
@@ -174,10 +154,7 @@ def _deviation_panel(study: Study, column: int) -> Panel:
 
 
 def _density_panel(study: Study, column: int) -> Panel:
-    """`Panel` of the measured density with the first and the last model, and single ordinates around lines and bands.
-
-    Each line of the last model is a vertical stroke. The first model is left out if the study has one step.
-    """
+    """`Panel` of the measured density with the first and the last model, and single ordinates around lines and bands."""
     first, last = study.ladder[0].fit, study.fit
     lines = [e for e in last.model.deterministic if e.base_frequency is not None]
     bands = [0.5 * (low + high) for e in last.model if is_narrow(e) for low, high in e.peaks]

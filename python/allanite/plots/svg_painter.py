@@ -84,11 +84,7 @@ def inline_svg(figure: Figure, size: tuple[float, float], label: str) -> str:
 
 
 def _left_width(panel: Panel) -> float:
-    """Width in pixels of the space left of a panel, for the tick texts and the label of its y axis.
-
-    It is 10 plus the estimated width of the longest tick text, but at least 66 if the axis has a label. It is 12 if the
-    panel does not show its y axis.
-    """
+    """Estimated width in pixels of the space left of a panel, for the tick texts and the label of its y axis."""
     texts = [line for _, text in panel.y.ticks for line in text.split("\n")]
     longest = max(map(len, texts), default=0) if panel.show_y else 0
     return max(LEFT if panel.y.label else 0.0, 10 + LETTER * longest) if panel.show_y else 12.0
@@ -97,7 +93,7 @@ def _left_width(panel: Panel) -> float:
 def _panel_boxes(
     figure: Figure, width: float, height: float
 ) -> list[tuple[Panel, tuple[float, float, float, float]]]:
-    """List of (panel, (left, top, width, height) in pixels), in the order of the figure's panels.
+    """(panel, (left, top, width, height) in pixels), in the order of the figure's panels.
 
     The space left by labels, titles and color bars is divided by the figure's widths and heights.
     """
@@ -190,10 +186,7 @@ def _grid_path(panel: Panel, x: _Scale, y: _Scale, width: float, height: float) 
 
 
 def _axis_elements(panel: Panel, x: _Scale, y: _Scale, width: float, height: float) -> str:
-    """Text of the SVG elements of the ticks, tick texts, axis labels and title of a panel.
-
-    Texts are only drawn on shown axes, and bars have no ticks on the y axis.
-    """
+    """SVG elements of the ticks, tick texts, axis labels and title of a panel."""
     out = []
     ticks = "".join(f"M{_px(float(x(v)))} {_px(height)}v4" for v, _ in panel.x.ticks)
     if not panel.find(Bars):
@@ -287,7 +280,7 @@ def _stroked_path(role: str, path: str, width: float, dash: str = "solid", more:
 
 
 def _simplified_line(x: Array, y: Array) -> tuple[Array, Array]:
-    """Tuple (x, y) of a line with fewer points; no omitted point is over 0.2 pixels away from the new line.
+    """(x, y) of a line with fewer points; no omitted point is over 0.2 pixels away from the new line.
 
     Ramer 1972; Douglas and Peucker 1973. A line with values that are not finite is returned unchanged.
     """
@@ -313,10 +306,7 @@ def _simplified_line(x: Array, y: Array) -> tuple[Array, Array]:
 
 
 def path_data(x: Array, y: Array, unit: float = 0.1) -> str:
-    """Text for the attribute d of an SVG path through points rounded to `unit` pixels, with gaps at non-finite points.
-
-    Repeated points are left out.
-    """
+    """Attribute d of an SVG path through points rounded to `unit` pixels, with gaps at non-finite points."""
     out: list[str] = []
     last = None
     for a, b in zip(x, y, strict=True):
@@ -399,10 +389,7 @@ def _bar_elements(mark: Bars, x: _Scale, y: _Scale) -> str:
 
 
 def _heat_map_elements(mark: HeatMap, x: _Scale, y: _Scale) -> str:
-    """Text of the SVG elements of the cells of a map, one path per shade, and of frames around marked cells.
-
-    Cells without a finite value have the color of the grid; values beyond the limit have the darkest shade.
-    """
+    """SVG elements of the cells of a map, one path per shade, and of frames around marked cells."""
     across, down = x(mark.x_edges), y(mark.y_edges)
     shades: dict[tuple[str, int], list[_Box]] = {}
     frames = []

@@ -31,19 +31,7 @@ MIN_CLOSE_COLUMNS = 4
 def plot_time(check: Check, path: str | Path | None = None, theme: str = "light") -> Figure:
     """`Figure`: heat map of measured divided by expected power, by time and octave band; significant cells are framed.
 
-    A record that is too short for a map has a note instead.
-
-    Parameters
-    ----------
-    check : Check
-    path : str or Path, optional
-        SVG, PNG or PDF, written if given.
-    theme : {"light", "dark"}
-
-    Raises
-    ------
-    InputError
-        Another suffix, a folder that does not exist, matplotlib not installed.
+    A record that is too short for a map has a note instead. The figure is written to `path` (SVG, PNG or PDF) if given.
     """
     fit = check.fit
     panel = _map_panel(check.where.time, check.where.worst_time, fit.data.duration)
@@ -73,7 +61,7 @@ def _map_panel(
 
     `rows` are dicts, one per cell of the map, with its time and frequency limits, ratio and z. `worst` is the time
     range in s in which the model fails, or None; dashed lines mark both ends. `span` is the duration in s. Colors show
-    the logarithm of the ratio from ¼ to 4. Cells with |z| > 4.3 are framed. Without cells, the panel has only a note.
+    the logarithm of the ratio from ¼ to 4. Cells with |z| > 4.3 are framed.
     """
     size, name = time_scale(span)
     label = f"time ({name})"
@@ -105,11 +93,10 @@ def _map_panel(
 
 
 def failing_range_panel(check: Check) -> Panel | None:
-    """`Panel`: color map of measured over expected power by time and frequency, around the worst-fitted frequency range.
+    """Color map of measured over expected power by time and frequency, around the worst-fitted frequency range.
 
-    The map shows whether lines and bands drift. None if the model fails at no frequency, if the failing range spans an
-    octave or more, or if fewer than 4 time intervals fit into the record. None also for summaries, and if over 10 % of
-    the samples are missing.
+    The map shows whether lines and bands drift. None if no range narrower than an octave fails, if fewer than 4 time
+    intervals fit into the record, for summaries, and if over 10 % of the samples are missing.
     """
     fit, worst = check.fit, check.where.worst_frequency
     data = fit.data

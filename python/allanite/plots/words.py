@@ -51,10 +51,7 @@ def allan_label(unit: str) -> str:
 
 
 def with_bracketed_unit(words: str, unit: str) -> str:
-    """Axis label with the printed unit in brackets, ``rate (°/s)``.
-
-    The brackets are round, or square if the unit itself begins with a round bracket: ``density [(°/s)²/Hz]``.
-    """
+    """Axis label ``rate (°/s)``; the brackets are square if the unit itself begins with one: ``density [(°/s)²/Hz]``."""
     return f"{words} [{unit}]" if unit.startswith("(") else f"{words} ({unit})"
 
 
@@ -67,9 +64,9 @@ def density_unit(unit: str) -> str:
 
 
 def values_text(effect: Effect | type[Effect], values: dict[str, Any], most: int = 2) -> str:
-    """Text of up to `most` values of an effect with units, in the order of `Effect.shown`; empty without values.
+    """Text of up to `most` values of an effect with units, in the order of `Effect.shown`: ``T = 30.1 s, σ = 12 °/h``.
 
-    Example: ``T = 30.1 s, σ = 12 °/h``. A value that was not detected is ``< limit``, except times and frequencies.
+    A value that was not detected is ``< limit``, except times and frequencies.
     """
     found: list[str] = []
     for name in effect.shown():
@@ -100,7 +97,7 @@ def effect_text(fit: Fit, effect: Effect) -> str:
 
 
 def recording_text(recording: Record) -> str:
-    """Text of log, column, duration and rate of a recording: ``imu.csv gx · 2 h at 100 Hz``.
+    """Log, column, duration and rate of a recording: ``imu.csv gx · 2 h at 100 Hz``.
 
     Several columns are not named. "recording" without a log and a column.
     """

@@ -1,7 +1,7 @@
 """Reports: record, model, failures and remaining misfit in one HTML or Markdown file.
 
-Input: a recording and a first model (`make_report`). Output: a `Report` made of blocks, whose numbers are those of the
-JSON documents. Add a section in `content.py`; `html.py` and `markdown.py` draw every kind of block.
+A `Report` (`make_report`) is made of blocks, whose numbers are those of the JSON documents. Add a section in
+`content.py`; `html.py` and `markdown.py` draw every kind of block.
 """
 
 from __future__ import annotations

@@ -23,18 +23,7 @@ PLOT_HEIGHT = 3.6
 
 
 def acceptance_page(found: Sequence[Acceptance], serial: str = "", date: str = "") -> str:
-    """HTML text of the acceptance report on all axes of a part, a complete page.
-
-    For an undecided verdict, it states the record length that would settle it, if known. The plot is that of the first
-    axis with the verdict of the part.
-
-    Parameters
-    ----------
-    found : sequence of Acceptance
-        Result of each axis.
-    serial, date : str
-        Serial number of the part and date of the test, as the user gave them.
-    """
+    """Complete HTML page of the acceptance report on all axes of a part; plots the first with the overall verdict."""
     first = found[0]
     verdict = overall_verdict(found)
     sheet = first.sheet.name
@@ -94,10 +83,7 @@ def overall_verdict(found: Sequence[Acceptance]) -> str:
 
 
 def _description_rows(found: Sequence[Acceptance], serial: str, date: str) -> list[tuple[str, str]]:
-    """List of rows (name, text) that describe the part, the test, and the record, with up to two warnings of the audit.
-
-    Rows on the temperature of the sheet and the margin are left out if there are none.
-    """
+    """Rows (name, text) that describe the part, the test, and the record, with up to two warnings of the audit."""
     first = found[0]
     recording = first.recording
     rows = [

@@ -54,10 +54,7 @@ class Card:
 
 @dataclass(frozen=True, slots=True)
 class Picture:
-    """Figure with its caption, the `name` of its file, and its size in inches (100 pixels each).
-
-    Its title and subtitle are not drawn, because the caption takes their place.
-    """
+    """Figure with a caption instead of title and subtitle, its file's `name`, and its size in inches of 100 pixels."""
 
     figure: Figure
     caption: str

@@ -39,10 +39,7 @@ def column_title(entry: Entry) -> str:
 
 
 def column_section(entry: Entry, *, with_curve: bool = True) -> list[Block]:
-    """List of `Block`: all sections of one column of a report.
-
-    `with_curve` is False if the first page of the report already shows the curve of this column.
-    """
+    """All sections of one column of a report; without the curve if the first page already shows it."""
     tone, words = tone_and_verdict(entry.study, entry.first)
     curve: list[Block] = [Heading("Allan deviation and spectrum"), curve_picture(entry)]
     return [
@@ -58,10 +55,7 @@ def column_section(entry: Entry, *, with_curve: bool = True) -> list[Block]:
 
 
 def _record_section(recording: Recording) -> list[Block]:
-    """List of `Block`: section on the record: file, size, unit, findings of the audit, and a plot of the samples.
-
-    Warnings come before other findings; without any, a sentence says so.
-    """
+    """Section on the record: file, size, unit, findings of the audit (warnings first), and a plot of the samples."""
     rows = [
         ("file", Path(recording.path).name if recording.path else "–"),
         ("column", recording.columns[0]),
@@ -125,7 +119,7 @@ def _model_section(study: Study) -> list[Block]:
 
 
 def _goodness_of_fit(fit: Fit, whole: bool) -> Paragraph:
-    """`Paragraph` on the goodness of fit: χ², Allan error, discrepancy, and frequencies without a test.
+    """`Paragraph` on χ², Allan error, discrepancy, and frequencies without a test.
 
     `whole` is False if other checks than χ² and the Allan deviation failed.
     """
@@ -133,10 +127,7 @@ def _goodness_of_fit(fit: Fit, whole: bool) -> Paragraph:
 
 
 def _first_model_section(entry: Entry) -> list[Block]:
-    """List of `Block`: section on the first model: goodness of fit, where the model fails, and the missing effects.
-
-    Its plot is left out if the study has only one step.
-    """
+    """Section on the first model: goodness of fit, where the model fails, and the missing effects."""
     check, fit = entry.first, entry.first.fit
     out: list[Block] = [
         Heading(_first_model_title(check)),
@@ -161,11 +152,7 @@ def _first_model_section(entry: Entry) -> list[Block]:
 
 
 def _first_model_title(check: Check) -> str:
-    """Text of the heading on the first model.
-
-    It is "Where … fails" if the model fails at some τ, frequency or time. Otherwise it is "… fits the record" for an
-    adequate check, else "Effects missing from …".
-    """
+    """Heading on the first model: "Where … fails", "… fits the record", or "Effects missing from …"."""
     name = check.fit.model.name
     if check.left:
         return f"Where {name} fails"
@@ -173,20 +160,16 @@ def _first_model_title(check: Check) -> str:
 
 
 def _failure_blocks(check: Check) -> list[Block]:
-    """List of one `Block`: a bulleted list of the τ, frequencies and times at which a model fails.
+    """A bulleted list of the τ, frequencies and times at which a model fails, or one sentence if it fails at none.
 
-    If it fails at none, one sentence says so. An effect may be missing even then.
+    An effect may be missing even then.
     """
     sentences = tuple(as_sentence(s) for s in check.left)
     return [Bullets(sentences)] if sentences else [Paragraph(as_sentence(check.nowhere))]
 
 
 def _card_blocks(check: Check) -> list[Block]:
-    """List of `Block`: cards of the first 3 suggestions of a check, and a sentence that names the others.
-
-    Suggestions come in the groups of `Check.grouped`; the title of a group precedes its cards, except for the first group.
-    Empty without suggestions.
-    """
+    """Cards of the first 3 suggestions in the groups of `Check.grouped`, and a sentence that names the others."""
     cards: list[Block] = []
     rest = []
     left = MAX_CARDS
@@ -206,10 +189,7 @@ def _card_blocks(check: Check) -> list[Block]:
 
 
 def _suggestion_card(suggestion: Suggestion, title: str) -> Card:
-    """`Card` of a suggested effect: sentence, values, evidence (ΔlogL, ΔBIC, p), alternatives, and how to confirm it.
-
-    It also says which percentage of the unexplained misfit the effect removes.
-    """
+    """`Card` of a suggested effect: sentence, values, evidence, size, alternatives, and how to confirm it."""
     values = values_text(suggestion.effect, suggestion.estimates, len(suggestion.estimates))
     terms = [
         ("values", values or "–"),
@@ -225,10 +205,7 @@ def _suggestion_card(suggestion: Suggestion, title: str) -> Card:
 
 
 def _steps_section(study: Study) -> list[Block]:
-    """List of `Block`: section on the stepwise model building: a table of steps and a plot.
-
-    A single step gives one sentence.
-    """
+    """Section on the stepwise model building: a table of steps and a plot, or one sentence for a single step."""
     if len(study.ladder) == 1:
         words = "No effect was added: there is only one step."
         return [Heading("Stepwise model building"), Paragraph(words)]
@@ -255,11 +232,7 @@ def _steps_section(study: Study) -> list[Block]:
 
 
 def _ending_sections(study: Study) -> list[Block]:
-    """List of `Block`: a section on undecided alternative models, if there are any, then one on the unexplained misfit.
-
-    If the last model is adequate, the second section is one sentence. Otherwise it says why the search ended, where the
-    model fails, and which effects were tested without success.
-    """
+    """Sections on undecided alternative models, if there are any, and on the unexplained misfit."""
     check = study.check
     out: list[Block] = []
     if study.undecided is not None:

@@ -177,12 +177,9 @@ class Report:
 
 
 def checked_format(path: Path, interactive: bool = False) -> str:
-    """Format of a report, ``"html"`` or ``"markdown"``, from the suffix of its path; nothing is written.
+    """Format of a report, ``"html"`` or ``"markdown"``, from the suffix of its path; raises `InputError` for others.
 
-    Raises
-    ------
-    InputError
-        The suffix is another one, or is not that of HTML for an `interactive` report; or the file cannot be written.
+    Also raises it if an `interactive` report is not HTML, or the file cannot be written.
     """
     kind = SUFFIXES.get(path.suffix.lower())
     if kind is None:

@@ -27,10 +27,9 @@ METHOD = (
 
 
 def report_sections(report: Report) -> list[tuple[str, list[Block]]]:
-    """List of (name of a column or ``""``, blocks): all parts of a report, in the order of the page.
+    """(name of a column or ``""``, blocks): all parts of a report, in the order of the page.
 
-    These are the first page, all axes together, each column, and how the report was computed. Several columns are
-    computed in parallel. Raises the error of the first column that fails.
+    Several columns are computed in parallel. Raises the error of the first column that fails.
     """
     several = len(report.entries) > 1
     overview = overview_blocks(report.axes) if several and report.axes is not None else []

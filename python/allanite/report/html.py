@@ -77,10 +77,7 @@ def _style_element() -> str:
 
 
 def _content_html(report: Report, plots: PlotlyFigures | None) -> str:
-    """HTML text of all sections of a report; with `plots`, figures are interactive and are added to `plots`.
-
-    Several columns get contents, an overview if they were characterized together, and a heading each.
-    """
+    """HTML text of all sections of a report; with `plots`, figures are interactive and are added to `plots`."""
     several = len(report.entries) > 1
     title, line = title_and_line(report)
     line += f" · allanite {_kernels.version()}"

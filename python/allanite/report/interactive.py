@@ -34,10 +34,7 @@ class PlotlyFigures:
         self.documents: list[str] = []
 
     def add(self, figure: Figure, shape: float) -> str:
-        """HTML text of an element that shows a figure. Side effect: stores the figure for `scripts`.
-
-        `shape` is the ratio of height to width.
-        """
+        """HTML element that shows a figure, which is stored for `scripts`; `shape` is the ratio of height to width."""
         both = [_without_size(figure.to_plotly(theme)) for theme in ("light", "dark")]
         text = json.dumps(both, allow_nan=False).replace("<", "\\u003c")
         name = f"figure-{len(self.documents)}"
@@ -56,7 +53,7 @@ class PlotlyFigures:
 
 
 def _script_sources() -> tuple[str, str]:
-    """Tuple (source of plotly, source of the drawing program); lines end in a newline, as browsers read them.
+    """(source of plotly, source of the drawing program); lines end in a newline, as browsers read them.
 
     Digests of these texts therefore equal those that a browser computes.
     """

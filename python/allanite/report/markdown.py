@@ -24,7 +24,7 @@ def markdown_text(report: Report, figures: str | None = None) -> str:
 
 
 def save_markdown(report: Report, target: Path) -> None:
-    """Write a report as Markdown to `target`, and its figures as SVG to a folder next to it, which is created if needed.
+    """Write a report as Markdown to `target`, and its figures as SVG to a folder next to it.
 
     A new folder is removed again if a figure cannot be written.
     """

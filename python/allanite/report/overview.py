@@ -14,10 +14,7 @@ if TYPE_CHECKING:
 
 
 def overview_blocks(found: Characterization) -> list[Block]:
-    """List of `Block` on all axes: a table per sensor, the common model, shared effects, and remarks.
-
-    Parts without content are left out.
-    """
+    """Blocks on all axes: a table per sensor, the common model, shared effects, and remarks."""
     out: list[Block] = [Heading("All axes", 2)]
     for sensor in found.common.sensors:
         studies = {name: found.studies[name] for name in sensor.columns}

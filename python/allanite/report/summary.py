@@ -35,11 +35,7 @@ FILTER = ("N", "K")
 
 
 def first_page_blocks(report: Report) -> list[Block]:
-    """List of `Block` of the first page: description, verdicts, coefficients, one figure, and the next step.
-
-    The description has sensor, serial number and date ("not stated" if not given), temperature and duration of the
-    first column. Coefficients that no axis has are left out.
-    """
+    """Blocks of the first page: description, verdicts, coefficients of all axes, one figure, and the next step."""
     first = report.entries[0].recording
     rows = [(name, report.options.get(name, "not stated")) for name in GIVEN]
     rows += [
@@ -62,11 +58,7 @@ def first_page_blocks(report: Report) -> list[Block]:
 
 
 def title_and_line(report: Report) -> tuple[str, str]:
-    """Tuple (title, line below the title) of the report.
-
-    With a sensor name or serial number, this is the title, and the line has log, samples and rate. Without both, the
-    log is the title, and the line has samples and rate.
-    """
+    """(title, line below the title): sensor name and serial number, then the log; without both, the log is the title."""
     entry = report.entries[0]
     given = [report.options[name] for name in ("sensor", "serial number") if name in report.options]
     log = column_title(entry)
@@ -103,10 +95,7 @@ def _first_page_picture(report: Report) -> Picture:
 
 
 def temperature_text(recording: Recording) -> str:
-    """Text ``30.1 °C on average, 25.0 to 35.2 °C`` of the first logged temperature; "not logged" if there is none.
-
-    A column is a temperature by its unit, or by ``temp`` in its name.
-    """
+    """Text ``30.1 °C on average, 25.0 to 35.2 °C`` of the first logged temperature; "not logged" if there is none."""
     for name, column in recording.covariates.items():
         unit = recording.covariate_units.get(name, "")
         values = np.asarray(column, dtype=float)
@@ -119,10 +108,9 @@ def temperature_text(recording: Recording) -> str:
 
 
 def _axis_cells(entry: Entry) -> tuple[str, ...]:
-    """Tuple of texts: name, verdict, N, B and K of an axis in data-sheet units, and its further effects.
+    """Name, verdict, N, B and K of an axis in data-sheet units, and its further effects (``GM, 12 SIN``), as texts.
 
-    The cell of an undetected coefficient is its limit (``< 0.12 °/h``). It is a dash if the model has no such effect.
-    Further effects are abbreviated and counted: ``GM, 12 SIN``.
+    The cell of an undetected coefficient is its limit (``< 0.12 °/h``); without such an effect, it is a dash.
     """
     fit, found = entry.study.fit, {}
     further = Counter(e.short for e in fit.model.effects if e.short not in COEFFICIENTS)
@@ -143,10 +131,9 @@ def _axis_cells(entry: Entry) -> tuple[str, ...]:
 
 
 def _export_sentence(report: Report) -> str:
-    """Text about the file that configures a navigation filter (Kalibr): the command that writes it.
+    """The command that writes the file of a navigation filter, and why its N and K can be larger than in the table.
 
-    A preceding sentence explains why N and K in that file can be larger than in the table: they also cover other slow
-    noise and lines of the models. It is left out if there are none. Empty text unless the sensor is inertial.
+    Empty unless the sensor is inertial.
     """
     recording = report.entries[0].recording
     if parse_unit(recording.unit).kind not in ("angular rate", "acceleration"):

@@ -20,7 +20,7 @@ EFFECTS_PER_SENTENCE = 4
 
 
 def as_sentence(text: str) -> str:
-    """Copy of a text as a sentence: with a capital letter and one full stop; ``1.3e-05`` becomes ``1.3·10⁻⁵``.
+    """The text as a sentence: with a capital letter and one full stop; ``1.3e-05`` becomes ``1.3·10⁻⁵``.
 
     A first word that ends in a colon is the name of a column, and is not changed.
     """
@@ -30,11 +30,9 @@ def as_sentence(text: str) -> str:
 
 
 def tone_and_verdict(study: Any, check: Any) -> tuple[str, str]:
-    """Tuple (tone ``"good"`` or ``"bad"``, text of the verdict).
+    """(``"good"`` or ``"bad"``, verdict): whether the first model fits, which effects were added, how errors changed.
 
     Good if the last model is adequate or within the tolerance. `check` is that of the first model.
-
-    The text says whether the first model fits, which effects were added, and how the errors changed.
     """
     first, last = study.ladder[0].fit, study.fit
     start = first.model.name
@@ -117,11 +115,7 @@ def _added_effect_texts(study: Any) -> list[str]:
 
 
 def _effect_text(fit: Any, effect: Any) -> str:
-    """Text of the name of an effect, followed by its fitted values in brackets if there are any.
-
-    The values are those of the last effect of the same kind in `fit`. If the fit has none, only the title of the
-    effect.
-    """
+    """Name of an effect, followed by the fitted values of the last effect of its kind in brackets, if there are any."""
     kinds = [e.kind for e in fit.model.effects]
     if effect.kind not in kinds:
         return str(effect.title)
@@ -133,10 +127,7 @@ def _effect_text(fit: Any, effect: Any) -> str:
 
 
 def _change_of_errors(first: Any, last: Any) -> str:
-    """Sentence on how Allan error and χ²/dof changed from the first to the last model.
-
-    Names only χ²/dof if one of the two models has no Allan error.
-    """
+    """Sentence on how Allan error, if known, and χ²/dof changed from the first to the last model."""
     before, after = first.error.adev_rms_percent, last.error.adev_rms_percent
     if before is None or after is None:
         return f"χ²/dof falls from {number(first.misfit.reduced)} to {number(last.misfit.reduced)}."
