@@ -10,10 +10,7 @@ C = TypeVar("C", bound=type[Any])
 
 
 def with_aligned_arrays(value: Any) -> Any:
-    """The value with an aligned copy of each misaligned array, also inside of plain lists, tuples and dicts.
-
-    An aligned array, and any value of another type, is returned itself. Lists, tuples and dicts are copied.
-    """
+    """The value with an aligned copy of each misaligned array, also inside of plain lists, tuples and dicts."""
     if isinstance(value, np.ndarray):
         if value.flags.aligned:
             return value
@@ -28,18 +25,14 @@ def with_aligned_arrays(value: Any) -> Any:
 
 
 def align_when_unpickled(cls: C) -> C:
-    """Class decorator: sets `__setstate__` of the class, so that the arrays of an unpickled instance are aligned.
+    """Class decorator: the arrays of an unpickled instance are aligned, because the core only accepts aligned arrays.
 
-    The same class is returned. The core only accepts aligned arrays. Pickle protocol 5 stores arrays outside of the
-    pickle, and a receiver such as Dask may place them at odd addresses.
+    Pickle protocol 5 stores arrays outside of the pickle, and a receiver such as Dask may place them at odd addresses.
     """
     restore = getattr(cls, "__setstate__", None)
 
     def set_state(self: Any, state: Any) -> None:
-        """Set the attributes of `self` from its pickled `state`, after misaligned arrays were replaced by aligned copies.
-
-        If the decorated class already had a ``__setstate__``, this method is called with the changed state instead.
-        """
+        """Set the attributes from a pickled state with aligned arrays, by the ``__setstate__`` of the class, if any."""
         state = with_aligned_arrays(state)
         if restore is not None:
             restore(self, state)

@@ -12,7 +12,7 @@ Array: TypeAlias = NDArray[np.float64]
 
 
 def scaled_inverse(matrix: Array) -> Array:
-    """Pseudoinverse of a positive semidefinite matrix, shape (p, p), which is first scaled to a unit diagonal.
+    """Pseudoinverse of a positive semidefinite matrix, which is first scaled to a unit diagonal.
 
     The scale makes the result independent of the units of the rows. Eigenvalues below 1e-10 of the largest count as 0.
     """
@@ -31,10 +31,7 @@ def medians(rows: Array) -> Array:
 
 
 def runs_of(mask: NDArray[np.bool_]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Tuple of two arrays (first, end): indices at which the runs of True in a mask begin and end.
-
-    Each array has the shape (runs,), and `end` is exclusive: a run is ``mask[first:end]``.
-    """
+    """Tuple (first, end) of arrays, shape (runs,): the runs of True in a mask are ``mask[first:end]``."""
     padded = np.pad(mask, 1)
     edges = np.flatnonzero(padded[1:] != padded[:-1])
     return edges[::2], edges[1::2]

@@ -9,7 +9,7 @@ from contextlib import contextmanager
 
 
 def python_command(*arguments: str) -> list[str]:
-    """List of str: command of a Python child process that ignores modules in the working directory.
+    """Command of a Python child process that ignores modules in the working directory.
 
     Without ``-P``, ``python -m`` and ``python -c`` put the working directory first on ``sys.path``. A file ``json.py``
     in the folder of a log would then be executed.
@@ -24,10 +24,7 @@ def child_environment() -> dict[str, str]:
 
 @contextmanager
 def safe_path() -> Iterator[None]:
-    """Context in which ``PYTHONSAFEPATH`` is 1, for libraries that start Python children (multiprocessing, Dask).
-
-    Afterwards the variable has its previous value, or is removed.
-    """
+    """Context in which ``PYTHONSAFEPATH`` is 1, for libraries that start Python children (multiprocessing, Dask)."""
     before = os.environ.get("PYTHONSAFEPATH")
     os.environ["PYTHONSAFEPATH"] = "1"
     try:

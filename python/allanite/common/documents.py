@@ -22,20 +22,9 @@ MAX_DOCUMENT_BYTES = 200_000_000
 
 
 def text_of(path: str | Path, most: int = MAX_DOCUMENT_BYTES, *, errors: str = "strict") -> str:
-    """Content of a UTF-8 file as a str.
+    """Content of a UTF-8 file of at most `most` bytes; `errors` as in `bytes.decode`.
 
-    Parameters
-    ----------
-    path : str or Path
-    most : int
-        Maximum size, bytes.
-    errors : str
-        Treatment of bytes that are not UTF-8: the argument `errors` of `bytes.decode`.
-
-    Raises
-    ------
-    InputError
-        There is no such file, it is a folder, a pipe or a device, it is larger than `most`, or it is not UTF-8.
+    Raises `InputError` for a larger file, another encoding, no file, a folder, a pipe or a device.
     """
     file = Path(path)
     try:
@@ -55,15 +44,7 @@ def text_of(path: str | Path, most: int = MAX_DOCUMENT_BYTES, *, errors: str = "
 
 
 def json_of(path: str | Path, what: str = "a JSON file") -> Any:
-    """Value of a JSON file: dict, list, str, number, bool or None.
-
-    `what` is the expected kind of file, for the message of an error.
-
-    Raises
-    ------
-    InputError
-        The file cannot be read (as in `text_of`), or is not JSON.
-    """
+    """Value of a JSON file; raises `InputError` as `text_of`, or that it is not `what`."""
     text = text_of(path)
     with invalid_as_input_error(f"not {what}"):
         return json.loads(text)
@@ -73,12 +54,7 @@ def json_of(path: str | Path, what: str = "a JSON file") -> Any:
 def invalid_as_input_error(otherwise: str) -> Iterator[None]:
     """Context that replaces errors of reading a wrong document (`KeyError`, `TypeError`, …) by an `InputError`.
 
-    Errors of allanite pass unchanged.
-
-    Parameters
-    ----------
-    otherwise : str
-        Beginning of the message. What was found follows in parentheses.
+    Its message begins with `otherwise`. Errors of allanite pass unchanged.
     """
     try:
         yield
@@ -98,12 +74,7 @@ def invalid_as_input_error(otherwise: str) -> Iterator[None]:
 def fields_dict(record: Any, **keys: str) -> dict[str, Any]:
     """Dict for JSON of the fields of a dataclass, as `plain_value` converts them: arrays and tuples become lists.
 
-    Parameters
-    ----------
-    record : dataclass
-        The result.
-    **keys : str
-        Key of a field in the dict, if it is not the name of the field; an empty key leaves the field out.
+    `keys` rename fields in the dict; an empty key leaves the field out.
     """
     named = {keys.get(f.name, f.name): f.name for f in fields(record)}
     return {key: plain_value(getattr(record, name)) for key, name in named.items() if key}
@@ -134,10 +105,7 @@ def plain_value(value: Any) -> Any:
 
 
 def jsonable(value: Any, figures: int | None = None) -> Any:
-    """Copy of a value for JSON, in which floats get `figures` significant digits; None keeps all digits.
-
-    NaN and infinities become None. Keys of dicts become texts; arrays and tuples become lists.
-    """
+    """Copy of a value for JSON, in which floats get `figures` significant digits; NaN and infinities become None."""
     if isinstance(value, dict):
         return {str(key): jsonable(item, figures) for key, item in value.items()}
     if isinstance(value, list | tuple):

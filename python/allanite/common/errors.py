@@ -123,12 +123,8 @@ class InternalError(RuntimeError):
 def about(where: object, instead: object = None) -> Iterator[None]:
     """Context that puts the name of a file or option in front of the message of each `AllaniteError` raised inside.
 
-    Parameters
-    ----------
-    where : object
-        The file or option. With None, messages are unchanged. A message that already has a name keeps it.
-    instead : object, optional
-        A name in messages, for example of a temporary file, that `where` replaces nevertheless.
+    A message that already has a name keeps it, unless that is `instead`, for example a temporary file. With None for
+    `where`, messages are unchanged.
     """
     try:
         yield
@@ -150,10 +146,7 @@ class _ParameterName:
 
 
 def remedy_text(remedy: str, words: Mapping[str, str] = CALL) -> str:
-    """Text of a remedy in which each placeholder, such as ``{rate}``, is replaced by its entry in `words`.
-
-    Empty for an empty remedy.
-    """
+    """Text of a remedy in which each placeholder, such as ``{rate}``, is replaced by its entry in `words`."""
     return (
         remedy.format_map({name: _ParameterName(word) for name, word in words.items()})
         if remedy

@@ -14,10 +14,9 @@ if TYPE_CHECKING:
 
 
 def values_of_modules(name: str, *packages: str) -> Iterator[Any]:
-    """Iterator over the values of the variable `name` in the modules of some packages.
+    """Yield the values of the variable `name` in the modules of some packages, in the order of packages and names.
 
-    The packages are in the given order, the modules of each by name. Modules without the variable, subpackages, and
-    modules whose names begin with ``_`` are skipped.
+    Modules without the variable, subpackages, and modules whose names begin with ``_`` are skipped.
     """
     for package in packages:
         for found in sorted(iter_modules(import_module(package).__path__), key=lambda m: m.name):
@@ -28,19 +27,10 @@ def values_of_modules(name: str, *packages: str) -> Iterator[Any]:
 
 
 class EntryPoints:
-    """Entry points of a group of the installed packages, which `load` adds to a registry at its first call.
+    """Entry points of a group of the installed packages, which `load` passes to `add` of a registry at its first call.
 
-    An entry point that cannot be loaded or added is skipped with a warning, because one faulty package must not
-    disable the others.
-
-    Parameters
-    ----------
-    group : str
-        ``"allanite.exports"``.
-    what : str
-        What the objects are, for the warning: ``"export"``.
-    add : callable
-        Adds one object to its registry, or raises.
+    An entry point that cannot be loaded or added is skipped with a warning about `what` it is, because one faulty
+    package must not disable the others.
     """
 
     def __init__(self, group: str, what: str, add: Callable[[Any], None]) -> None:
@@ -49,11 +39,7 @@ class EntryPoints:
         self._lock = RLock()
 
     def load(self) -> None:
-        """Load all entry points of the group and pass each loaded object to the registry's `add`; later calls do nothing.
-
-        The order of the entry points does not matter. An entry point that cannot be loaded or added is skipped with a
-        warning.
-        """
+        """Load all entry points of the group and pass them to the registry's `add`, in any order; only once."""
         from importlib.metadata import entry_points
 
         with self._lock:

@@ -28,10 +28,7 @@ def exists(text: str | Path) -> bool:
 
 
 def check_target(path: str | Path) -> None:
-    """Raise `InputError` if the folder of a file does not exist, or if the path is a folder; nothing is written.
-
-    Call this before a long computation.
-    """
+    """Raise `InputError` if the folder of a file does not exist, or if the path is a folder; nothing is written."""
     target = Path(path)
     if not target.parent.is_dir():
         raise InputError(f"{target}: the folder {target.parent} does not exist")
@@ -43,12 +40,8 @@ def check_target(path: str | Path) -> None:
 def whole_file(path: str | Path) -> Iterator[Path]:
     """Context with the path of a temporary file to write; the file replaces `path` if the block ends without an error.
 
-    A device or a pipe is written directly. The target of a link is replaced, not the link.
-
-    Raises
-    ------
-    InputError
-        The folder does not exist, or the file cannot be written.
+    A device or a pipe is written directly. The target of a link is replaced, not the link. Raises `InputError` if the
+    file cannot be written.
     """
     check_target(path)
     # A link is resolved, so that its target is written. A device or a pipe is written directly. `Path.resolve` fails for a
@@ -115,10 +108,7 @@ class OwnedFolder:
 
     @classmethod
     def remove_abandoned(cls, kind: str) -> None:
-        """Delete the temporary folders of this kind that belong to this user and whose processes have ended.
-
-        Links, and folders that cannot be deleted, are skipped.
-        """
+        """Delete the temporary folders of this kind that belong to this user and whose processes have ended."""
         for folder in Path(gettempdir()).glob(f"{_folder_prefix(kind)}*"):
             with suppress(OSError):
                 if folder.is_symlink() or not _has_own_user(folder):
@@ -144,12 +134,9 @@ def _has_own_user(path: Path) -> bool:
 
 
 def _lock(file: int) -> None:
-    """Lock an open file until it is closed. Does nothing on Windows, where an open file cannot be removed.
+    """Lock an open file until it is closed; raises `OSError` if another process has locked it.
 
-    Raises
-    ------
-    OSError
-        Another process has locked it.
+    Does nothing on Windows, where an open file cannot be removed.
     """
     if os.name == "posix":
         import fcntl

@@ -8,10 +8,7 @@ from typing import Any
 
 
 def warn_of_former_name(former: str, present: str, stacklevel: int = 3) -> None:
-    """Give a `DeprecationWarning` that the name `former` has been replaced by the name `present`.
-
-    With `stacklevel` 3 the warning names the line that uses the caller of this function.
-    """
+    """Give a `DeprecationWarning` that the name `former` has been replaced by the name `present`."""
     warnings.warn(f"{former} is now {present}", DeprecationWarning, stacklevel=stacklevel)
 
 

@@ -61,14 +61,8 @@ main()
 class Limits:
     """Limits of a child process.
 
-    Attributes
-    ----------
-    cpu : float
-        Processor time, s. This limit does not depend on how busy the machine is.
-    wall : float
-        Wall time, s. This limit ends a child that waits forever.
-    memory : float, optional
-        Memory in addition to the interpreter and the libraries, bytes. Default: the budget (``ALLANITE_MEMORY``).
+    Processor time `cpu`, s, does not depend on how busy the machine is. Wall time `wall`, s, ends a child that waits
+    forever. `memory`, bytes, is in addition to the interpreter and the libraries; None means the budget.
     """
 
     cpu: float = math.inf
@@ -89,35 +83,13 @@ def call_isolated(
     libraries: Sequence[str] = (),
     watch: Callable[[], None] | None = None,
 ) -> Any:
-    """Result of `function(**arguments)`, called in a child process.
+    """Result of ``function(**arguments)`` of the function ``"package.module:function"``, called in a child process.
 
     Inside of such a child, and on systems without processes, the function is called directly. In a child, this call
-    sets a new limit on the processor time only.
-
-    Parameters
-    ----------
-    function : str
-        ``"package.module:function"``.
-    arguments : dict
-        Keyword arguments that JSON can hold.
-    limits : Limits
-        Limits of the child.
-    worker : str
-        What runs in the child, for messages: "the HDF5 library".
-    libraries : sequence of str
-        Modules that the function needs. They are imported before the memory is limited, so that their own size does
-        not count.
-    watch : callable, optional
-        Function that is called every 20 ms. An exception from this function ends the child.
-
-    Raises
-    ------
-    InputError
-        The child crashed, reached a limit, or cannot be started, or the function raised this error.
-    TooShortError, ModuleNotFoundError
-        The function raised this error.
-    InternalError
-        The function raised any other error.
+    sets a new limit on the processor time only. `libraries` are imported before the memory is limited, so that their
+    own size does not count. `worker` names what runs in messages. `watch` is called every 20 ms; its exception ends the
+    child. Raises `InputError` if the child crashed, reached a limit, or cannot be started, and errors of the function:
+    `InputError`, `TooShortError` or `ModuleNotFoundError` as they are, any other as `InternalError`.
     """
     if _is_child or not sys.executable or sys.platform == "emscripten":
         with _cpu_limit(limits.cpu):
@@ -149,9 +121,8 @@ def call_isolated(
 def run_child(order: dict[str, Any], results: IO[bytes], watch: Callable[[], None] | None) -> int:
     """Exit code of a new process that calls the function named in `order` and writes the result to `results`.
 
-    The process is killed if it exceeds its wall time by 5 s; then the code is −SIGALRM (1 on Windows). `watch` is
-    called every 20 ms; an exception that it raises kills the process and passes. Raises `InputError` if no process can
-    be started.
+    The process is killed if it exceeds its wall time by 5 s; then the code is −SIGALRM (1 on Windows). An exception of
+    `watch`, called every 20 ms, kills the process and passes.
     """
     end = math.inf if order["wall"] is None else time.monotonic() + order["wall"] + GRACE
     root = str(Path(__file__).resolve().parents[2])
@@ -191,11 +162,7 @@ def run_child(order: dict[str, Any], results: IO[bytes], watch: Callable[[], Non
 
 
 def _error_without_result(code: int, worker: str, limits: Limits, memory: float) -> InputError:
-    """`InputError` (not raised) that explains why a child process wrote no result.
-
-    The exit code tells whether the child reached a time limit, crashed, or was killed by the system. For any other code,
-    the message is that no process could be started.
-    """
+    """`InputError` (not raised) that explains by the exit code why a child process wrote no result."""
     name = signal.Signals(-code).name if -code in set(signal.Signals) else f"code {code}"
     if name == "SIGXCPU":
         return InputError(
@@ -217,11 +184,7 @@ def _error_without_result(code: int, worker: str, limits: Limits, memory: float)
 
 
 def _error_of_child(described: dict[str, Any], worker: str) -> Exception:
-    """Exception (not raised) with the message of the error that the function raised in the child.
-
-    `InputError`, `TooShortError` and `ModuleNotFoundError` keep their type. Too little memory becomes an `InputError`
-    about `worker`, any other error an `InternalError`.
-    """
+    """Exception (not raised) with the message of the error that the function raised in the child."""
     kind = described["kind"]
     if kind == "memory":
         return out_of_memory_error(worker)
@@ -240,11 +203,7 @@ def _error_of_child(described: dict[str, Any], worker: str) -> Exception:
 
 
 def main() -> None:
-    """Main function of a child process: call the function that the parent names, and end this process.
-
-    A line of JSON on standard input names the function, its arguments and its limits. The result is written to standard
-    output. The process also ends when the parent ends.
-    """
+    """Call the function that a line of JSON on standard input names, write its result, and end this process."""
     signal.signal(signal.SIGINT, signal.SIG_DFL)
     with open(0, "rb", buffering=0, closefd=False) as orders:
         line = orders.readline()
@@ -261,10 +220,7 @@ def main() -> None:
 
 
 def serve_order(order: dict[str, Any], results: IO[bytes]) -> None:
-    """Call the function that `order` names, within its limits, and write its result or its error to `results`.
-
-    Nothing is raised. A result that cannot be written is replaced by an error.
-    """
+    """Call the function that `order` names, within its limits, and write its result or its error to `results`."""
     global _is_child
     _is_child = True
     found: dict[str, Any]
@@ -317,10 +273,7 @@ def _error_text(error: Exception) -> str:
 
 
 def _end_with_parent() -> None:
-    """Start a thread that ends this process with exit code 1 when standard input is closed.
-
-    Standard input is closed when the parent has ended.
-    """
+    """Start a thread that ends this process when standard input is closed, because the parent has ended."""
     import _thread
 
     def wait() -> None:
@@ -336,10 +289,7 @@ def _end_with_parent() -> None:
 
 
 def _set_limits(order: dict[str, Any]) -> None:
-    """Set the limits of this process that `order` states: wall time, processor time, and memory beyond the present one.
-
-    The result file may be about as large as this memory. A limit that is None is not set; on Windows none is set.
-    """
+    """Set the limits of this process that `order` states: wall time, processor time, and memory beyond the present one."""
     if order["wall"] is not None and hasattr(signal, "setitimer"):
         signal.signal(signal.SIGALRM, signal.SIG_DFL)
         signal.setitimer(signal.ITIMER_REAL, order["wall"])
@@ -352,11 +302,7 @@ def _set_limits(order: dict[str, Any]) -> None:
 
 
 def limit_memory(most: float | None) -> None:
-    """Limit the memory that this process may take beyond its present memory to `most` bytes, and turn off core files.
-
-    None sets no memory limit. The limit works on Linux only, where the present memory is known; nothing happens on
-    Windows.
-    """
+    """Limit the memory beyond the present one to `most` bytes (on Linux only), and turn off core files."""
     _lower_limit("RLIMIT_CORE", 0)
     if most is not None:
         with suppress(OSError, ValueError, IndexError):
@@ -366,10 +312,9 @@ def limit_memory(most: float | None) -> None:
 
 
 def _lower_limit(name: str, most: int) -> None:
-    """Set the soft limit of a resource of this process to `most`, for example that of ``RLIMIT_CPU``, given as `name`.
+    """Set the soft limit of a resource, such as ``RLIMIT_CPU``, to `most`, unless a limit is already lower.
 
-    A limit, soft or hard, that is already lower stays. Nothing happens on Windows (only the deadline of the parent
-    applies there), or if the system does not know the limit.
+    Nothing happens on Windows (only the deadline of the parent applies there), or if the system does not know it.
     """
     with suppress(ModuleNotFoundError, OSError, ValueError):  # macOS does not know all of them
         import resource
@@ -384,8 +329,7 @@ def _lower_limit(name: str, most: int) -> None:
 def _cpu_limit(seconds: float) -> Iterator[None]:
     """Context in which this child process is ended by a signal after `seconds` more of processor time.
 
-    Does nothing in a process that is no such child, on Windows, and for infinite `seconds`. Afterwards the previous limit
-    applies.
+    Does nothing in a process that is no such child, and on Windows.
     """
     if not _is_child or not math.isfinite(seconds):
         yield

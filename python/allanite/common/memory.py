@@ -39,10 +39,7 @@ def address_space() -> float:
 
 
 def cleared_by_free_buffers(kept: Kept) -> Kept:
-    """Decorator above `lru_cache`: registers the cached function, and returns it unchanged.
-
-    `allanite.free_buffers` and `clear_caches` then empty the cache of this function.
-    """
+    """Decorator above `lru_cache`: `allanite.free_buffers` and `clear_caches` then empty the cache of this function."""
     _CACHES.append(kept)
     return kept
 
@@ -56,27 +53,14 @@ def clear_caches() -> None:
 def budget() -> float:
     """Maximum memory for one computation, bytes: half of the free memory, or the value of ``ALLANITE_MEMORY``.
 
-    Infinite if the free memory is unknown. Raises `InputError` if the variable is no number of bytes.
+    Infinite if the free memory is unknown.
     """
     setting = os.environ.get(VARIABLE)
     return FREE_MEMORY_SHARE * free_memory() if setting is None else _bytes_of_text(setting)
 
 
 def require_memory(size: float, what: str) -> None:
-    """Raise `InputError` if a computation needs more memory than the budget.
-
-    Parameters
-    ----------
-    size : float
-        Memory that the computation needs, bytes.
-    what : str
-        What needs the memory: the beginning of the message.
-
-    Raises
-    ------
-    InputError
-        The size is larger than half of the free memory, or larger than ``ALLANITE_MEMORY``.
-    """
+    """Raise `InputError` if `what` needs more memory (`size` in bytes) than the budget."""
     most = budget()
     if size > most:
         raise InputError(
@@ -92,10 +76,7 @@ def source_of_budget() -> str:
 
 
 def out_of_memory_error(what: str) -> InputError:
-    """`InputError` (not raised) for a computation of unknown size that ran out of memory.
-
-    `what` is the beginning of its message.
-    """
+    """`InputError` (not raised) for `what`, a computation of unknown size, that ran out of memory."""
     most = budget()
     twice = f", or set {VARIABLE}={math.ceil(2 * most / 1e9)}G" if math.isfinite(most) else ""
     return InputError(
@@ -104,10 +85,7 @@ def out_of_memory_error(what: str) -> InputError:
 
 
 def _bytes_of_text(text: str) -> float:
-    """Number of bytes (float) in a text such as ``8G``, ``500MB`` or ``1e9``, with 1 K = 1000 bytes.
-
-    Raises `InputError` for any other text and for numbers that are not positive.
-    """
+    """Number of bytes in a text such as ``8G``, ``500MB`` or ``1e9``, with 1 K = 1000 bytes; else `InputError`."""
     digits, factor = text.strip().upper().removesuffix("B"), 1.0
     if digits[-1:] in tuple("KMGT"):
         factor = 1e3 ** ("KMGT".index(digits[-1]) + 1)

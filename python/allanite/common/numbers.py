@@ -49,10 +49,7 @@ def percent_text(share: float, decimals: int = 0) -> str:
 
 
 def time_scale(span: float) -> tuple[float, str]:
-    """Tuple (size in s, name) of the unit in which times of a record of `span` seconds are shown.
-
-    The unit is d from 2 d on, h from 2 h, min from 240 s, else s.
-    """
+    """Size in s, and name, of the unit in which times of a record of `span` seconds are shown: d, h, min or s."""
     return next(((s, n) for above, s, n in TIME_UNITS if span >= above), (1.0, "s"))
 
 
@@ -62,10 +59,7 @@ def count_text(value: float) -> str:
 
 
 def duration_text(seconds: float) -> str:
-    """Text of a duration with up to three significant digits: ``40 s``, ``90 min``, ``2 h``, ``3 d``, ``2 years``.
-
-    The unit is the largest one in which the duration is at least 2, or exactly 1, as in ``1 h``; otherwise s.
-    """
+    """Text of a duration with up to three significant digits: ``40 s``, ``90 min``, ``2 h``, ``3 d``, ``2 years``."""
     for size, name in ((YEAR, "years"), (86400.0, "d"), (3600.0, "h"), (60.0, "min")):
         if seconds >= 2.0 * size or seconds == size:
             return f"{number(seconds / size)} {name}"
@@ -73,10 +67,7 @@ def duration_text(seconds: float) -> str:
 
 
 def numbers_text(values: Iterable[float], *, times: bool) -> str:
-    """Text of the values of one parameter, separated by spaces.
-
-    For more than 12 values (with `times`, more than 3), the text is their count, minimum and maximum: ``20: 0.1 … 3``.
-    """
+    """Values of one parameter, separated by spaces, or for more than 12 (`times`: 3) a summary: ``20: 0.1 … 3``."""
     found = list(values)
     if len(found) <= (MAX_LISTED_TIMES if times else MAX_LISTED):
         return " ".join(number(v, 5 if times else 3) for v in found)
@@ -91,10 +82,7 @@ MAX_LISTED_HARMONICS = 12
 
 
 def common_step(values: Sequence[float]) -> float | None:
-    """Smallest distance between neighbors in the ascending `values`, if every distance is nearly a multiple; else None.
-
-    Nearly means that distance / smallest distance is within 0.1 of an integer. Needs two values or more.
-    """
+    """Smallest distance between neighbors in the ascending `values`, if every distance is nearly a multiple; else None."""
     apart = [b - a for a, b in itertools.pairwise(values)]
     least = min(apart)
     even = least > 0.0 and all(abs(d / least - round(d / least)) <= MAX_STEP_ERROR for d in apart)
@@ -106,10 +94,9 @@ def harmonics_text(
 ) -> str:
     """Text of the harmonics of a spectral line: ``34.6 Hz 28.6 °/h (harmonic 2)``, separated by commas.
 
-    `frequency` is that of the line, Hz. `overtones` is a flat sequence: multiple, amplitude and phase of the first
-    harmonic, then of the second, and so on. Amplitudes times `factor` are in `unit`. If a multiple is no integer, or for
-    more than 12 harmonics, the text is a summary: number of lines, their spacing if they are no harmonics but evenly
-    spaced, highest frequency, and range of amplitudes.
+    `frequency` is that of the line, Hz. `overtones` is a flat sequence of multiple, amplitude and phase of each.
+    Amplitudes times `factor` are in `unit`. If a multiple is no integer, or for more than 12 harmonics, the text is a
+    summary.
     """
     given = list(overtones)
     multiples, amplitudes = given[::3], [factor * a for a in given[1::3]]
@@ -128,10 +115,7 @@ def harmonics_text(
 
 
 def log10_probability_text(log10_p: float) -> str:
-    """Text of a probability with one significant digit, from its logarithm to base 10: ``0.003`` or ``2·10⁻⁵``.
-
-    Below 10⁻⁶, the text is ``< 10⁻⁶``.
-    """
+    """Probability with one significant digit, from its logarithm to base 10: ``0.003``, ``2·10⁻⁵`` or ``< 10⁻⁶``."""
     return probability_text(10.0 ** max(log10_p, -99.0), 1)
 
 
@@ -146,31 +130,21 @@ def p_text(p: float, figures: int = 2) -> str:
 
 
 def trials_text(trials: float) -> str:
-    """Text of a number of trials with two significant digits: ``120 trials``.
-
-    Below 1.5, it is ``a single trial``; from 10¹⁵ on, ``more than 10¹⁵ trials``.
-    """
+    """Number of trials with two significant digits: ``a single trial``, ``120 trials``, ``more than 10¹⁵ trials``."""
     if trials >= 1e15:
         return "more than 10¹⁵ trials"
     return "a single trial" if trials < 1.5 else f"{number(trials, 2)} trials"
 
 
 def with_readable_numbers(sentence: str) -> str:
-    """Sentence with readable numbers: 2370 instead of 2.37e+03, 3·10⁻⁵ instead of 3e-05, − instead of -.
-
-    Only numbers with an exponent, and minus signs before digits, are changed. Numbers with an exponent get three
-    digits; the exponent of a number and its error, (1.26 ± 0.12)e-07, becomes a power of ten.
-    """
+    """Sentence with readable numbers: 2370 instead of 2.37e+03, 3·10⁻⁵ instead of 3e-05, − instead of -."""
     sentence = _COMMON_POWER.sub(lambda m: f")·10{str(int(m[1])).translate(_DIGITS)}", sentence)
     words = _POWER.sub(lambda m: number(float(m[0].replace("−", "-")), 3), sentence)
     return _MINUS.sub("−", words)
 
 
 def figures_for_interval(interval: tuple[float, float], least: int) -> int:
-    """Number of significant digits, from `least` to 12, that shows how the two ends of an interval differ.
-
-    It is `least` if both ends are equal.
-    """
+    """Number of significant digits, from `least` to 12, that shows how the two ends of an interval differ."""
     low, high = interval
     size, width = max(abs(low), abs(high)), high - low
     if width > 0.0 and size > 0.0:
@@ -185,10 +159,9 @@ def value_and_interval_text(value: float, interval: tuple[float, float]) -> str:
 
 
 def value_and_interval_texts(value: float, interval: tuple[float, float]) -> tuple[str, str, str]:
-    """Tuple of three texts: a value and the two ends of its interval, all with or all without a power of ten.
+    """Texts of a value and the two ends of its interval, all with or all without a power of ten.
 
-    They have enough significant digits to show how the ends differ: at least 4 for the value and 3 for the ends. A lower
-    end of less than a millionth of the upper one is 0: the record does not exclude any small value.
+    A lower end of less than a millionth of the upper one is 0: the record does not exclude any small value.
     """
     low, high = interval
     low = 0.0 if 0.0 < low < 1e-6 * high else low

@@ -152,10 +152,9 @@ def scaled_estimate(given: Estimate, factor: float, unit: str) -> Estimate:
 
 
 def _value_and_error_text(value: float, error: float | None) -> str:
-    """Text of a value and its standard error, ``0.01263 ± 0.00012``.
+    """Value and standard error with two significant figures, ``0.01263 ± 0.00012`` or ``(1.26 ± 0.12)e-07``.
 
-    The error has two significant figures, or one if the second is 0. Very small and very large values have a common
-    power of ten: ``(1.26 ± 0.12)e-07``. Without a positive finite error, it is the value alone, with six figures.
+    The error has one figure if the second is 0. Without a positive finite error, it is the value alone.
     """
     if error is None or not math.isfinite(error) or error <= 0 or not math.isfinite(value):
         return f"{value:.6g}"

@@ -9,14 +9,8 @@ FORMULA_STARTS = tuple("=+-@\t\r")
 def plain(text: object, most: int | None = None) -> str:
     r"""Text of an object, with every unprintable character replaced by its escape (``\n``, ``\x1b``, ``\u202e``).
 
-    Line ends, control characters and direction marks could end a comment, control a terminal or break a file.
-
-    Parameters
-    ----------
-    text : object
-        Object whose ``str`` is taken.
-    most : int, optional
-        Maximum number of characters. In a longer text, ``…`` replaces the middle.
+    Line ends, control characters and direction marks could end a comment, control a terminal or break a file. In a
+    text of more than `most` characters, ``…`` replaces the middle.
     """
     shown = str(text)
     if not shown.isprintable():
@@ -30,17 +24,11 @@ def plain(text: object, most: int | None = None) -> str:
 
 
 def file_name(text: str) -> str:
-    """Text made safe as a file name of at most 80 bytes; ``_`` if nothing is left.
-
-    Letters and digits of all scripts, ``-``, ``_`` and inner ``.`` are kept, other characters become ``_``.
-    """
+    """Text made safe as a file name of at most 80 bytes; ``_`` if nothing is left."""
     safe = "".join(c if c.isalnum() or c in "-_." else "_" for c in text)
     return safe.strip(".").encode()[:80].decode("utf-8", "ignore") or "_"
 
 
 def spreadsheet_cell(text: str) -> str:
-    """Text of a CSV cell; one that a spreadsheet would evaluate as a formula gets an apostrophe in front.
-
-    If such a text already has apostrophes in front, it gets another one.
-    """
+    """Text of a CSV cell; one that a spreadsheet would evaluate as a formula gets an apostrophe in front."""
     return f"'{text}" if text.lstrip("'").startswith(FORMULA_STARTS) else text

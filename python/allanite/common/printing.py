@@ -21,22 +21,10 @@ _NAMES = r"(?:m?deg|arcsec|arcmin|m?rad|urad|rev)"
 
 
 def table_unit(sample: str, power: float, sheet: Mapping[str, str]) -> str:
-    """Unit (str) in which tables print a coefficient.
+    """Unit in which tables print a coefficient in U·s^power of samples in U = `sample`.
 
-    Parameters
-    ----------
-    sample : str
-        Unit U of the samples.
-    power : float
-        Power of seconds: the coefficient is in U·s^power.
-    sheet : mapping of str to str
-        Unit of this coefficient in data sheets, by kind of sensor.
-
-    Returns
-    -------
-    str
-        If the user requested no unit for this kind of sensor (`REQUESTED_UNITS`): the unit in `sheet`, or U·s^power if
-        there is none. Otherwise the requested unit if it is a unit of this coefficient, else U·s^power.
+    Without a requested unit for this kind of sensor (`REQUESTED_UNITS`), it is the data-sheet unit in `sheet`, by kind
+    of sensor. A requested unit counts if it is a unit of this coefficient. Otherwise the unit is U·s^power.
     """
     parsed = parse_unit(sample)
     requested = REQUESTED_UNITS.get().get(parsed.kind)
@@ -52,10 +40,9 @@ def table_unit(sample: str, power: float, sheet: Mapping[str, str]) -> str:
 
 
 def relative_unit(sample: str, power: float) -> str:
-    """Unit (str) U·s^power of a coefficient, for samples in U = `sample`: ``deg/s/sqrt(Hz)`` for deg/s and ½.
+    """Unit U·s^power of a coefficient, for samples in U = `sample`: ``deg/s/sqrt(Hz)`` for deg/s and ½.
 
-    For a unit per hour, the time is in hours: ``deg/sqrt(h)`` for deg/h and ½. Without a unit (``1``), it is a power of
-    seconds such as ``s^(1/2)``. Other units with powers that are not −1, −½, 0, ½ or 1 read ``(U)*s^power``.
+    For a unit per hour, the time is in hours: ``deg/sqrt(h)`` for deg/h and ½.
     """
     parsed = parse_unit(sample)
     name = parsed.name
@@ -81,14 +68,9 @@ def relative_unit(sample: str, power: float) -> str:
 
 
 def sample_unit(text: str) -> str:
-    """Canonical unit (str) of the samples, found from the text of a unit of samples or of a coefficient.
+    """Canonical unit of the samples, found from the text of a unit of samples or of a coefficient.
 
     ``deg/sqrt(h)`` belongs to samples in deg/h, ``ug/sqrt(Hz)`` to ug, ``m/s/sqrt(h)`` to m/s^2.
-
-    Raises
-    ------
-    InputError
-        The text is neither a unit of samples nor of a coefficient.
     """
     try:
         return parse_unit(text).name
@@ -122,16 +104,10 @@ _SAID_BY_NAME = re.compile(
 
 
 def column_unit(name: str, stated: str | None = None) -> str:
-    """Text for a logged column after the word "per": its unit (°C, V), or the column's name if no unit is known.
+    """Text for a logged column after the word "per": its `stated` unit, the unit in its name, or its name.
 
-    A unit with several factors is in brackets: ``(m/s)``.
-
-    Parameters
-    ----------
-    name : str
-        Name of the column. ``die_degC`` and ``temp_c`` contain their unit, ``temperature`` does not.
-    stated : str, optional
-        Unit that the recording states. None, an empty text and ``1`` are no unit.
+    ``die_degC`` and ``temp_c`` contain their unit, ``temperature`` does not. Several factors are in brackets:
+    ``(m/s)``.
     """
     named_unit = _SAID_BY_NAME.search(name)
     text = (stated or "1").strip()

@@ -17,14 +17,9 @@ Result = TypeVar("Result")
 
 @dataclass(frozen=True, slots=True)
 class ReadOptions:
-    """Options of `allanite.read`. The fields are the parameters of `read`, with the values that the caller gave.
+    """Options of `allanite.read`: the fields are its parameters as given, and the properties have one type each.
 
-    The properties have one type each. Their names are printable, as the names of the columns of a log are.
-
-    Raises
-    ------
-    InputError
-        The rate is a text that is not a number.
+    Raises `InputError` if the rate is a text that is not a number.
     """
 
     rate: float | str | None = None
@@ -67,10 +62,7 @@ class ReadOptions:
 
     @property
     def unit_by_kind(self) -> dict[str, str]:
-        """Dict from kind of sensor to the unit that the caller gave; empty without a unit and for the unit ``"1"``.
-
-        Raises `InputError` for an unknown unit.
-        """
+        """Unit that the caller gave, by kind of sensor; empty without a unit and for the unit ``"1"``."""
         if self.unit is None or self.unit == "1":
             return {}
         return units_by_kind(self.unit, self.meaning or "rate")

@@ -86,9 +86,8 @@ def results_with_warning(
 ) -> Any:
     """`Several`, the result of ``compute()``, after a `DeprecationWarning` to call `instead`.
 
-    Used by functions of one column that were called with several `columns`. Their signatures name the type of one result
-    only, hence the return type Any. With `stacklevel` 3, the warning points to the caller of the function that calls this
-    one.
+    Used by functions of one column that were called with several `columns`. Their signatures name the type of one
+    result only, hence the return type Any.
     """
     warnings.warn(
         f"a recording of {len(columns)} columns: use {instead}, or choose one with recording[name]",

@@ -17,20 +17,13 @@ _CELL = "text-align: {}; vertical-align: top"
 
 
 def brief(thing: Any) -> str:
-    """One-line text of a dataclass instance, ``Name(field=value, …)``; long values are shortened.
-
-    Arrays are given by size and range, sequences of more than 8 items by length and type. Use this function as
-    ``__repr__`` of a class.
-    """
+    """One-line ``__repr__`` of a dataclass instance, ``Name(field=value, …)``, with shortened values."""
     inside = [f"{f.name}={_value_text(getattr(thing, f.name))}" for f in fields(thing) if f.repr]
     return f"{type(thing).__name__}({', '.join(inside)})"
 
 
 def heading(recording: Any) -> str:
-    """Text of the line above a table of one column: log, column, number of samples, rate, duration and unit.
-
-    The unit is missing if it is 1.
-    """
+    """Line above a table of one column: log, column, number of samples, rate, duration and unit."""
     r = recording
     unit = "" if r.unit == "1" else f", {r.unit}"
     what = f"{r.n} samples at {r.rate:g} Hz ({r.duration:.6g} s){unit}"
@@ -40,9 +33,8 @@ def heading(recording: Any) -> str:
 def _value_text(value: Any) -> str:
     """Short text of a value for a `repr`.
 
-    ``<38 from 0.01 to 2400>`` for an array, ``<2: gx, gy>`` (number and keys) for a mapping, ``<none>`` for an empty one,
-    ``<12 × float>`` for a sequence of more than 8 items. Any other value is its `repr` if that has at most 60 characters.
-    Else a sequence is ``<3 × str>`` (number of items, type of the first), and another value ``<Model>`` (its type).
+    ``<38 from 0.01 to 2400>`` for an array, ``<2: gx, gy>`` (number and keys) for a mapping, ``<12 × float>`` for a
+    sequence of more than 8 items. Any other value is its `repr` if that has at most 60 characters, else its type.
     """
     if isinstance(value, np.ndarray):
         return array_text(value)
@@ -57,10 +49,7 @@ def _value_text(value: Any) -> str:
 
 
 def array_text(array: np.ndarray[Any, Any]) -> str:
-    """Text with the shape and range of an array: ``<38 from 0.01 to 2400>``; NaN and infinities are ignored.
-
-    For booleans ``<38 flags, 2 set>``. Without finite numbers, only the shape.
-    """
+    """Shape and range of an array: ``<38 from 0.01 to 2400>``, or ``<38 flags, 2 set>``; only finite numbers count."""
     shape = "×".join(map(str, array.shape)) or "1"
     if array.dtype.kind == "b":
         return f"<{shape} flags, {int(array.sum())} set>"
@@ -71,10 +60,7 @@ def array_text(array: np.ndarray[Any, Any]) -> str:
 
 
 def aligned_lines(rows: Sequence[Sequence[str]], *, right: bool = False) -> list[str]:
-    """List of the lines of a table: the cells of each row, filled with blanks to the width of their column.
-
-    Two blanks separate the columns. The cells are aligned to the left, or with `right` to the right.
-    """
+    """Lines of a table: the cells of each row, filled with blanks to the width of their column."""
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     fill = str.rjust if right else str.ljust
     return ["  ".join(map(fill, row, widths)).rstrip() for row in rows]
@@ -83,10 +69,7 @@ def aligned_lines(rows: Sequence[Sequence[str]], *, right: bool = False) -> list
 def html_table(
     title: str, head: Sequence[str], rows: Sequence[Sequence[str]], right: Sequence[int] = ()
 ) -> str:
-    """HTML table with a caption; without `head`, without a head row.
-
-    Texts are escaped; the columns with indices `right` are aligned to the right.
-    """
+    """HTML table with a caption; without `head`, without a head row. Columns with indices in `right` align right."""
 
     def cell(tag: str, i: int, text: str) -> str:
         """HTML of one cell (`tag` is ``td`` or ``th``) in column i, with its alignment; the text is escaped."""
@@ -115,10 +98,7 @@ def html_list(items: Sequence[str]) -> str:
 
 
 def recording_html(recording: Any) -> str:
-    """HTML table with a row per column of a recording, and a list of the logged columns and the findings of the audit.
-
-    A row has name, unit, mean, standard deviation and number of missing samples.
-    """
+    """HTML table with a row per column of a recording, and a list of the logged columns and the findings of the audit."""
     r = recording
     rows = [
         (

@@ -45,10 +45,7 @@ def max_parallel_columns() -> int:
 
 
 def columns_at_work() -> int:
-    """Number of columns that the current `side_by_side` (parallel threads) computes at this moment, including this one.
-
-    It is 1 outside of `side_by_side`.
-    """
+    """Number of columns that the current `side_by_side` computes at this moment, including this one; 1 outside of it."""
     return max(1, len(_at_work.get(())))
 
 
@@ -58,10 +55,7 @@ class Ended(BaseException):
 
 @contextmanager
 def while_wanted(wanted: Callable[[], bool]) -> Iterator[None]:
-    """Context in which `stop_if_unwanted` raises `Ended` once ``wanted()`` returns False, also in the threads of a `Pool`.
-
-    Afterwards the function of an outer context holds again.
-    """
+    """Context in which `stop_if_unwanted`, also in threads of a `Pool`, raises `Ended` once ``wanted()`` is False."""
     token = _wanted.set(wanted)
     try:
         yield
@@ -70,10 +64,7 @@ def while_wanted(wanted: Callable[[], bool]) -> Iterator[None]:
 
 
 def stop_if_unwanted() -> None:
-    """Raise `Ended` if the function of the innermost `while_wanted` returns False; outside of it, do nothing.
-
-    Call this between steps of long work.
-    """
+    """Raise `Ended` if the innermost `while_wanted` no longer wants the work; call this between steps of long work."""
     wanted = _wanted.get()
     if wanted is not None and not wanted():
         raise Ended
@@ -83,10 +74,9 @@ def stop_if_unwanted() -> None:
 def with_deadline(
     deadline: float | None, clock: Callable[[], float] = time.monotonic
 ) -> Iterator[None]:
-    """Context in which work ends after a deadline: `stop_if_unwanted` ends it, and the context raises `TimeoutError`.
+    """Context that raises `TimeoutError` after a deadline (s, compared with ``clock()``), at the next `stop_if_unwanted`.
 
-    The deadline (s) is compared with ``clock()``; None means no deadline. If the deadline has already passed, the error is
-    raised before the work begins. If an outer `while_wanted` ends the work, its `Ended` passes unchanged.
+    None means no deadline. If an outer `while_wanted` ends the work, its `Ended` passes unchanged.
     """
     if deadline is None:
         yield
@@ -94,10 +84,7 @@ def with_deadline(
     outer, in_time, due = _wanted.get(), True, float("-inf")
 
     def is_wanted() -> bool:
-        """True before the deadline; False after it, or once an outer `while_wanted` ends the work.
-
-        Reads `clock` at most every 0.1 s.
-        """
+        """True before the deadline, unless an outer `while_wanted` ends the work; reads `clock` at most every 0.1 s."""
         nonlocal in_time, due
         now = time.monotonic()
         if now >= due:
@@ -126,7 +113,7 @@ class Pool(ThreadPoolExecutor):
         self._over = False
 
     def submit(self, fn: Callable[..., T], /, *args: Any, **kwargs: Any) -> Future[T]:
-        """Future of the result of `fn(*args, **kwargs)`, which runs in a thread.
+        """Future of the result of ``fn(*args, **kwargs)``, computed in a thread.
 
         If columns already occupy every processor, the calling thread computes the result before it returns the future.
         """
@@ -141,11 +128,7 @@ class Pool(ThreadPoolExecutor):
         return super().submit(run, self._run_task, fn, *args, **kwargs)
 
     def _run_task(self, fn: Callable[..., T], /, *args: Any, **kwargs: Any) -> T:
-        """Result of ``fn(*args, **kwargs)``.
-
-        While `fn` runs, `stop_if_unwanted` raises `Ended` if an error has closed the pool, or if the computation of the
-        caller is unwanted.
-        """
+        """Result of ``fn(*args, **kwargs)``; ends early if an error has closed the pool or the caller wants no result."""
         caller = _wanted.get()
         with while_wanted(lambda: not self._over and (caller is None or caller())):
             return fn(*args, **kwargs)
@@ -156,10 +139,7 @@ class Pool(ThreadPoolExecutor):
         error: BaseException | None,
         where: TracebackType | None,
     ) -> None:
-        """Wait for the tasks, unless the user interrupts.
-
-        After an error, tasks that have not begun are canceled and running ones are stopped.
-        """
+        """Wait for the tasks, unless the user interrupts; after an error, end them."""
         self._over = kind is not None
         waits = kind is None or not issubclass(kind, KeyboardInterrupt)
         self.shutdown(wait=waits, cancel_futures=self._over)
@@ -171,10 +151,10 @@ def has_running_jobs() -> bool:
 
 
 def side_by_side(tasks: Sequence[Callable[[], T]]) -> list[T | AllaniteError]:
-    """List of the results of functions that run in parallel threads, at most 2 at a time, in the order of `tasks`.
+    """Results of functions that run in parallel threads, at most 2 at a time, in the order of `tasks`.
 
-    If a task raises an `AllaniteError`, this error is its element of the list. An interrupt or any other error ends the
-    other tasks, as in `Pool`, and is raised.
+    An `AllaniteError` of a task takes the place of its result. An interrupt or any other error ends the other tasks, as
+    in `Pool`, and is raised.
     """
     at_work: set[int] = set()
 
@@ -198,10 +178,7 @@ def side_by_side(tasks: Sequence[Callable[[], T]]) -> list[T | AllaniteError]:
 
 
 def results_or_raise(found: Sequence[T | AllaniteError]) -> list[T]:
-    """The elements of `found` as a list; raises the first `AllaniteError` among the elements, if there is one.
-
-    `found` is what `side_by_side` returns: results, and an `AllaniteError` in the place of a result that failed.
-    """
+    """Results that `side_by_side` returned; raises the first `AllaniteError` among them."""
     out = []
     for one in found:
         if isinstance(one, AllaniteError):

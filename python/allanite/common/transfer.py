@@ -25,12 +25,7 @@ KINDS = "biufcmMSU"
 def write_value(value: Any, file: IO[bytes]) -> None:
     """Write a value to a file. Allowed are None, bool, int, float, str, list, tuple, dict (keys: str) and arrays.
 
-    NumPy scalars become plain numbers. The file is flushed, not closed.
-
-    Raises
-    ------
-    TypeError
-        The value holds something else, for example an array of objects.
+    NumPy scalars become plain numbers. Raises `TypeError` for anything else. The file is flushed, not closed.
     """
     text = json.dumps(without_arrays(value, partial(_write_array, file)), default=np.generic.item)
     begin = file.tell()
@@ -39,23 +34,14 @@ def write_value(value: Any, file: IO[bytes]) -> None:
 
 
 def read_value(file: IO[bytes]) -> Any:
-    """Value that `write_value` wrote. Tuples become lists; arrays are memory-mapped.
-
-    Raises
-    ------
-    ValueError
-        The file is incomplete or damaged.
-    """
+    """Value that `write_value` wrote. Tuples become lists; arrays are memory-mapped. Raises `ValueError` if damaged."""
     content = mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_COPY)
     document = json.loads(content[int(content[-TRAILER_LENGTH:]) : -TRAILER_LENGTH])
     return with_arrays(document, partial(_read_array, content))
 
 
 def _write_array(file: IO[bytes], array: NDArray[Any]) -> tuple[str, tuple[int, ...], int]:
-    """Write an array to a file in C order; returns the tuple (dtype as text, shape, offset in the file in bytes).
-
-    Raises `TypeError` for a dtype that cannot be transferred.
-    """
+    """Write an array to a file in C order; returns (dtype as text, shape, offset in the file in bytes)."""
     if array.dtype.kind not in KINDS:
         raise TypeError(f"an array of {array.dtype} cannot be transferred")
     file.write(bytes(-file.tell() % ALIGNMENT))
@@ -69,10 +55,7 @@ def _write_array(file: IO[bytes], array: NDArray[Any]) -> tuple[str, tuple[int, 
 
 
 def _read_array(content: mmap.mmap, place: tuple[str, list[int], int]) -> NDArray[Any]:
-    """Array at a `place` (dtype, shape, offset in bytes), as `_write_array` returned it, from the content of the file.
-
-    Raises `ValueError` for a dtype that cannot be transferred, and for an offset outside of the content.
-    """
+    """Array at a `place` as `_write_array` returned it; raises `ValueError` for a place or dtype that is not allowed."""
     dtype, shape, begin = np.dtype(place[0]), place[1], place[2]
     if dtype.kind not in KINDS:
         raise ValueError(f"arrays of {dtype} are not allowed")
@@ -94,10 +77,7 @@ def without_arrays(value: Any, put: Callable[[NDArray[Any]], Any]) -> Any:
 
 
 def with_arrays(value: Any, get: Callable[[Any], NDArray[Any]]) -> Any:
-    """Copy of a value in which each dict ``{"array": x}`` is replaced by the array ``get(x)``.
-
-    This is the inverse of `without_arrays`, which wrote these dicts; tuples have become lists.
-    """
+    """Copy of a value in which each dict ``{"array": x}`` is replaced by ``get(x)``; inverse of `without_arrays`."""
     if isinstance(value, dict):
         if value.keys() == {"array"}:
             return get(value["array"])

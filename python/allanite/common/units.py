@@ -85,17 +85,7 @@ _SIDES = re.compile(r"[\s,(\[]*\b(one|single|two|double)[\s-]?sided\b[\s)\]]*", 
 
 @dataclass(frozen=True, slots=True)
 class Unit:
-    """A unit of samples.
-
-    Attributes
-    ----------
-    name : str
-        Canonical spelling, e.g. ``"deg/s"``.
-    kind : str
-        ``"angular rate"``, ``"acceleration"``, ``"fractional frequency"`` or ``"magnetic field"``.
-    scale : float
-        SI units (rad/s, m/s², 1, T) in one of this unit.
-    """
+    """A unit of samples: canonical `name`, `kind` of sensor, and `scale`, the SI units (rad/s, m/s², 1, T) in one of it."""
 
     name: str
     kind: str
@@ -125,10 +115,7 @@ _NUMBER = r"\d[\d.]*(?:[eE][+-]?\d+)?"
 
 
 def normalized(text: str) -> str:
-    """Text of a unit in the parser's spelling: ``°`` becomes deg, ``µ`` u, a superscript ``^``, ``root h`` √h.
-
-    A missing ``^`` after seconds is added (``m/s2``); nothing is checked.
-    """
+    """Text of a unit in the parser's spelling: ``°`` becomes deg, ``µ`` u, a superscript ``^``, ``root h`` √h."""
     text = _ROOT.sub("√", text)
     text = _PREFIX.sub(lambda m: {"micro": "u", "milli": "m", "nano": "n"}[m[1]], text)
     # Frequency relative to the nominal frequency of a counter: Hz/10 MHz, Hz/1e7.
@@ -177,10 +164,7 @@ class _Parser:
         return token
 
     def parse_all(self) -> _Quantity:
-        """`_Quantity` (scale and powers of the dimensions) of the whole text.
-
-        Raises `ValueError` with the first token that does not fit, or if the scale is 0 or ∞.
-        """
+        """`_Quantity` of the whole text."""
         result = self.parse_product()
         if self.at < len(self.tokens):
             raise ValueError(self.tokens[self.at][1])
@@ -189,11 +173,7 @@ class _Parser:
         return result
 
     def parse_product(self) -> _Quantity:
-        """`_Quantity` of a product or quotient, such as ``deg/s``, from the next tokens, which are consumed.
-
-        Symbols side by side are multiplied, as in ``N m``. Parsing stops before the first token that cannot continue the
-        product. Raises `ValueError` if a factor is missing or unknown.
-        """
+        """`_Quantity` of a product or quotient, such as ``deg/s``; symbols side by side are multiplied, as in ``N m``."""
         result = self.parse_power()
         while True:
             kind, text = self.peek_token()
@@ -206,10 +186,7 @@ class _Parser:
                 return result
 
     def parse_power(self) -> _Quantity:
-        """`_Quantity` of a base with an optional exponent, such as ``h^1.5``, from the next tokens, which are consumed.
-
-        Raises `ValueError` for a base or an exponent that is not understood.
-        """
+        """`_Quantity` of a base with an optional exponent, such as ``h^1.5``."""
         base = self.parse_base()
         if self.peek_token()[1] in ("^", "**"):
             self.next_token()
@@ -217,10 +194,7 @@ class _Parser:
         return base
 
     def parse_base(self) -> _Quantity:
-        """`_Quantity` of a symbol, a number, a root or a product in brackets, from the next tokens, which are consumed.
-
-        Raises `ValueError` for another token, an unknown symbol or an open bracket.
-        """
+        """`_Quantity` of a symbol, a number, a root or a product in brackets."""
         kind, text = self.next_token()
         if kind == "sqrt":
             return self.parse_base().to_power(Fraction(1, 2))
@@ -236,10 +210,7 @@ class _Parser:
         raise ValueError(text)
 
     def parse_exponent(self) -> Fraction:
-        """Exponent (Fraction) after ``^``, such as −2, 1.5, (3/2) or ½, from the next tokens, which are consumed.
-
-        Raises `ValueError` for another token.
-        """
+        """Exponent after ``^``, such as −2, 1.5, (3/2) or ½."""
         kind, text = self.next_token()
         if text == "-":
             return -self.parse_exponent()
@@ -262,10 +233,10 @@ class _Parser:
 
 
 def _quantity_of_symbol(name: str) -> _Quantity:
-    """`_Quantity` (scale and powers of the dimensions) of a unit symbol or one of its aliases.
+    """`_Quantity` of a unit symbol or one of its aliases; raises `ValueError` for an unknown symbol.
 
-    Capital letters do not matter in aliases, in symbols of three or more letters, and in ``G``, which is ``g``. In other
-    symbols they do: ``Mg`` is no milli-g, and ``S`` no second. Raises `ValueError` for an unknown symbol.
+    Capital letters do not matter in aliases, in symbols of three or more letters, and in ``G``, which is ``g``. In
+    other symbols they do: ``Mg`` is no milli-g, and ``S`` no second.
     """
     field = _ALIASES.get(name.lower(), name)
     field = field.lower() if field.lower().endswith("gauss") else field
@@ -281,10 +252,7 @@ def _quantity_of_symbol(name: str) -> _Quantity:
 
 @lru_cache(maxsize=512)
 def _quantity(text: str) -> _Quantity:
-    """Scale to SI and powers of the dimensions of a unit expression, as a `_Quantity`; cached.
-
-    Raises `InputError` with the part that is not understood.
-    """
+    """`_Quantity` of a unit expression; cached. Raises `InputError` with the part that is not understood."""
     try:
         result = _Parser(text).parse_all()
     except (ValueError, ZeroDivisionError, OverflowError) as error:
@@ -296,23 +264,9 @@ def _quantity(text: str) -> _Quantity:
 
 
 def parse_unit(text: str) -> Unit:
-    """`Unit` of samples from any usual spelling.
+    """`Unit` of samples from any usual spelling: ``deg/s``, ``°/s``, ``dps``, ``mrad/s``, ``m/s²``, ``µg``, ``1``, …
 
-    Parameters
-    ----------
-    text : str
-        Any usual spelling: ``deg/s``, ``°/s``, ``dps``, ``mrad/s``, ``m/s²``, ``µg``, ``1``, …
-
-    Returns
-    -------
-    Unit
-        Canonical name, kind and scale to SI.
-
-    Raises
-    ------
-    InputError
-        The text is no unit, or the unit is not that of an angular rate, acceleration, fractional frequency or magnetic
-        field.
+    Raises `InputError` unless it is a unit of an angular rate, acceleration, fractional frequency or magnetic field.
     """
     quantity = _quantity(text)
     kind = _KINDS.get(quantity.powers)
@@ -353,8 +307,7 @@ def is_frequency(text: str | None) -> bool:
 def rate_unit(text: str, quantity: str) -> Unit:
     """`Unit` of the rate of samples in the unit `text`: ``deg/s`` for an angle or increment in ``deg``.
 
-    With the quantity ``"rate"``, it is the unit `text` itself. With another quantity, `text` may also be the unit of a
-    rate, which is then returned. Seconds, the phase of a clock, give ``1``. Raises `InputError` if `text` is no unit.
+    A unit of a rate is returned as it is. Seconds, the phase of a clock, give ``1``.
     """
     if quantity == "rate":
         return parse_unit(text)
@@ -364,14 +317,10 @@ def rate_unit(text: str, quantity: str) -> Unit:
 
 
 def units_by_kind(text: str, quantity: str = "rate") -> dict[str, str]:
-    """Dict from kind of sensor (``"angular rate"``, …) to unit as written, from a text such as ``deg/s,m/s^2``.
+    """Units as written, by kind of sensor, from a text such as ``deg/s,m/s^2``.
 
-    `quantity` is that of the samples: for ``angle`` or ``increment``, the kind is that of their rate.
-
-    Raises
-    ------
-    InputError
-        One of the units is no unit of samples, or two units belong to one kind of sensor.
+    For the `quantity` ``angle`` or ``increment``, the kind is that of the rate. Raises `InputError` for two units of
+    one kind.
     """
     found = {rate_unit(one, quantity).kind: one.strip() for one in text.split(",")}
     if len(found) <= text.count(","):
@@ -380,17 +329,7 @@ def units_by_kind(text: str, quantity: str = "rate") -> dict[str, str]:
 
 
 def coefficient_unit(unit: str, power_of_second: float) -> str:
-    """Unit of a coefficient of samples in U as a text: ``deg/s·s^½`` for U·s^power with power ½.
-
-    Raises `KeyError` for another power than those below.
-
-    Parameters
-    ----------
-    unit : str
-        Unit U of the samples.
-    power_of_second : float
-        1 for Q, ½ for N, 0 for B, −½ for K, −1 for R.
-    """
+    """Unit U·s^power of a coefficient: ``deg/s·s^½``; powers are 1 for Q, ½ for N, 0 for B, −½ for K, −1 for R."""
     spelled = {
         1.0: f"{unit}·s",
         0.5: f"{unit}·s^½",
@@ -404,16 +343,8 @@ def coefficient_unit(unit: str, power_of_second: float) -> str:
 def conversion(from_unit: str, to_unit: str) -> float:
     """Factor that converts a number from one unit to another unit of the same dimension.
 
-    Parameters
-    ----------
-    from_unit, to_unit : str
-        Unit expressions. A density in ``"… one-sided"`` is √2 times the two-sided N.
-
-    Raises
-    ------
-    InputError
-        The dimensions differ, for example by a power of seconds. Or a unit that is no noise density is called one-sided or
-        two-sided.
+    A density in ``"… one-sided"`` is √2 times the two-sided N. Raises `InputError` if the dimensions differ, or if a
+    unit that is no noise density is called one-sided or two-sided.
     """
     source, source_side = _without_sides(from_unit)
     target, target_side = _without_sides(to_unit)
@@ -432,10 +363,7 @@ def conversion(from_unit: str, to_unit: str) -> float:
 
 
 def _without_sides(text: str) -> tuple[str, float]:
-    """Tuple (unit, factor): the unit without the words one-sided or two-sided, and √2 for one-sided, otherwise 1.
-
-    A text of over 160 characters is returned unchanged, with the factor 1.
-    """
+    """Unit without the words one-sided or two-sided, and the factor √2 for one-sided, otherwise 1."""
     # A longer text is no unit, and a search in many brackets would take long.
     match = _SIDES.search(text) if len(text) <= 2 * MAX_UNIT_LENGTH else None
     if match is None:
@@ -445,10 +373,7 @@ def _without_sides(text: str) -> tuple[str, float]:
 
 
 def _dimension_text(quantity: _Quantity) -> str:
-    """Text of a dimension for messages: kind of sensor and power of seconds, ``angular rate × s^1/2``.
-
-    If no kind of sensor fits, it is the text of all powers, such as ``angle^2 length^0 time^0``.
-    """
+    """Dimension for messages: kind of sensor and power of seconds, ``angular rate × s^1/2``, or all powers."""
     angle, length, time, field = quantity.powers
     for (a, l, t, b), kind in _KINDS.items():
         if angle == a and length == l and field == b:

@@ -24,20 +24,7 @@ MAX_RATE = 1e30
 
 
 def positive(value: object, name: str, unit: str, remedy: str) -> float:
-    """Value as a float, if it is positive and at most 1e150.
-
-    Parameters
-    ----------
-    value : object
-        The given value.
-    name, unit, remedy : str
-        Name and unit of the value, and the remedy, for the message.
-
-    Raises
-    ------
-    InputError
-        The value is no number, not positive or too large.
-    """
+    """Value as a float; raises `InputError` with `remedy` unless it is positive and at most 1e150."""
     number = _number(value)
     if not 0.0 < number <= MAX_NUMBER:
         shown = f"{number:g}" if isinstance(value, (int, float)) else repr(value)
@@ -46,13 +33,7 @@ def positive(value: object, name: str, unit: str, remedy: str) -> float:
 
 
 def positive_rate(rate: object) -> float:
-    """Sampling rate in Hz as a float.
-
-    Raises
-    ------
-    InputError
-        The rate is no number, not positive, or outside of 1e-30 to 1e30 Hz.
-    """
+    """Sampling rate in Hz as a float; raises `InputError` unless it is a number from 1e-30 to 1e30."""
     number = _number(rate)
     if math.isnan(number) and not isinstance(rate, float):
         raise InputError(f"the rate must be a number in Hz, found {rate!r}")
@@ -66,27 +47,13 @@ def positive_rate(rate: object) -> float:
 
 
 def require_quantity(quantity: object) -> None:
-    """Raise `InputError` if samples cannot be this quantity.
-
-    Raises
-    ------
-    InputError
-        The quantity is neither ``"rate"`` nor ``"increment"`` nor ``"angle"``.
-    """
+    """Raise `InputError` unless the quantity is ``"rate"``, ``"increment"`` or ``"angle"``."""
     if quantity not in QUANTITIES:
         raise InputError(f"unknown quantity {quantity!r}: one of {', '.join(QUANTITIES)}")
 
 
 def require_recording(given: object) -> None:
-    """Raise `InputError` if the argument is neither a recording nor a summary.
-
-    Any object with the attributes ``columns`` and ``rate`` is accepted.
-
-    Raises
-    ------
-    InputError
-        The argument is a path, an array or anything else.
-    """
+    """Raise `InputError` if the argument is no recording or summary, that is, without `columns` and `rate`."""
     if hasattr(given, "columns") and hasattr(given, "rate"):
         return
     if isinstance(given, (str, PathLike)):
@@ -100,13 +67,7 @@ def require_recording(given: object) -> None:
 
 
 def floats(values: object, name: str) -> Array:
-    """Values as a float64 array of the same shape; booleans become 0 and 1.
-
-    Raises
-    ------
-    InputError
-        The values are text, complex numbers, a mapping or anything else without real numbers.
-    """
+    """Values as a float64 array of the same shape; booleans become 0 and 1. Raises `InputError` for other values."""
     try:
         given = np.asarray(values)
         if given.dtype.kind in "biufO":
@@ -117,13 +78,7 @@ def floats(values: object, name: str) -> Array:
 
 
 def require_frequencies(values: object, name: str, unit: str) -> Array:
-    """Frequencies or times (in `unit`) as a float64 array of the same shape.
-
-    Raises
-    ------
-    InputError
-        The values are no numbers, or one is not from 1e-60 to 1e60 (NaN included).
-    """
+    """Frequencies or times (in `unit`) as a float64 array; raises `InputError` unless all are from 1e-60 to 1e60."""
     numbers = floats(values, name)
     low, high = MAX_RATE**-2, MAX_RATE**2
     wrong = numbers[~((numbers >= low) & (numbers <= high))]
@@ -133,19 +88,7 @@ def require_frequencies(values: object, name: str, unit: str) -> Array:
 
 
 def check_size(samples: Array, label: str, of: str) -> None:
-    """Raise `InputError` for samples whose fourth powers are too large or too small for a double.
-
-    Parameters
-    ----------
-    samples : ndarray, shape (n,)
-    label, of : str
-        Name of the samples and of the computation ("a fit"), for the message.
-
-    Raises
-    ------
-    InputError
-        The largest deviation from the mean is not within 1e-75 to 1e75, and the samples are not constant.
-    """
+    """Raise `InputError` for samples whose fourth powers are too large or too small for a double, unless constant."""
     with np.errstate(over="ignore", invalid="ignore"):
         largest = float(np.abs(samples - samples.mean()).max())
     if largest != 0.0 and not DEVIATION_RANGE[0] <= largest <= DEVIATION_RANGE[1]:
@@ -156,15 +99,7 @@ def check_size(samples: Array, label: str, of: str) -> None:
 
 
 def sample_index(seconds: float, rate: float) -> int:
-    """Index (int) of the sample nearest to a time: `seconds` times `rate` (Hz), rounded.
-
-    The index may lie outside of the record.
-
-    Raises
-    ------
-    InputError
-        The time is NaN or infinite.
-    """
+    """Index of the sample nearest to a time, maybe outside of the record; raises `InputError` for NaN and infinity."""
     at = _number(seconds) * rate
     if not math.isfinite(at):
         raise InputError(f"{seconds!r} s: a time must be a finite number of seconds")
@@ -172,13 +107,7 @@ def sample_index(seconds: float, rate: float) -> int:
 
 
 def whole(value: object, name: str, least: int, most: int, remedy: str = "") -> int:
-    """Value as an int from `least` to `most`; 5.0 is accepted, 1.5 and text are not.
-
-    Raises
-    ------
-    InputError
-        The value is no whole number or out of range.
-    """
+    """Value as an int; raises `InputError` unless it is whole (5.0 is, text is not) and from `least` to `most`."""
     try:
         exact: int | None = operator.index(value)  # type: ignore[arg-type]
     except TypeError:
@@ -195,10 +124,7 @@ def whole(value: object, name: str, least: int, most: int, remedy: str = "") -> 
 
 
 def _number(value: object) -> float:
-    """Value as a float; NaN if it is no number, infinity if it is an int beyond the range of floats.
-
-    A str that contains a number is converted as well: 2.5 for ``"2.5"``.
-    """
+    """Value, maybe a text, as a float; NaN if it is no number, infinity if it is an int beyond the range of floats."""
     try:
         return float(value)  # type: ignore[arg-type]
     except OverflowError:

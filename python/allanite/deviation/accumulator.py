@@ -250,7 +250,6 @@ def _noise_exponents(
 
     Here µ is the log-log slope of the variance from half to twice the factor. At factors with fewer than 90 averages,
     the slope is too uncertain: the last reliable exponent is used, or −0.5 (between white and flicker FM) if that is 0.
-    All exponents are 0 without two reliable factors.
     """
     alpha = np.zeros(m.size)
     sure = (variance > 0) & (m * MIN_POINTS <= samples)

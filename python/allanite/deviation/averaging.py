@@ -37,10 +37,7 @@ class Samples:
 
     @property
     def scale(self) -> float:
-        """Factor that converts a deviation of the samples to the unit of the rate.
-
-        The factor is 1 if the samples are rates. It is the sampling rate if they are increments or angles.
-        """
+        """Factor that converts a deviation of the samples to the unit of the rate."""
         return 1.0 if self.quantity == "rate" else self.rate
 
     @property
@@ -50,10 +47,10 @@ class Samples:
 
 
 def samples_of(x: object, rate: float, quantity: str) -> Samples:
-    """`Samples` of an array, recording, pandas or xarray object. A recording overrides `rate` and `quantity`.
+    """`Samples` of an array, recording, pandas or xarray object; a recording overrides `rate` and `quantity`.
 
-    A time index of pandas or xarray gives rate and gaps, if `rate` is 1. Arrays without a recording have the unit
-    ``"1"``. Raises `InputError` for unusable samples, and `TooShortError` for fewer than 3.
+    A time index of pandas or xarray gives rate and gaps, if `rate` is 1. Raises `TooShortError` for fewer than 3
+    samples.
     """
     unit = "1"
     if stamps_of_index(x) is not None:  # pandas or xarray with its own time: gaps and rate by it
@@ -80,10 +77,7 @@ def samples_of(x: object, rate: float, quantity: str) -> Samples:
 
 
 def one_column(x: object) -> NDArray[Any]:
-    """Samples as an array of native integers, float32 or float64, shape (n,). Masked samples become NaN, booleans int8.
-
-    Raises `InputError` for other shapes and other types.
-    """
+    """Samples as an array of native integers, float32 or float64, shape (n,). Masked samples become NaN, booleans int8."""
     array = x if type(x) is np.ndarray else _array_of_object(x)
     if array.ndim != 1:
         raise InputError(
@@ -101,10 +95,7 @@ def one_column(x: object) -> NDArray[Any]:
 
 
 def _array_of_object(x: Any) -> NDArray[Any]:
-    """`np.asarray(x)`, but float64 for masked arrays (masked samples are NaN), arrays of Python numbers, and empty arrays.
-
-    None becomes NaN. Python objects that NumPy does not convert to float64 stay an array of dtype object.
-    """
+    """`np.asarray(x)`, but float64 for masked arrays, for Python numbers (None becomes NaN) and for empty arrays."""
     if isinstance(x, np.ma.MaskedArray):
         return np.ma.filled(x.astype(np.float64), np.nan)
     array = np.asarray(x)
@@ -119,11 +110,7 @@ def _array_of_object(x: Any) -> NDArray[Any]:
 def averaging_factors(
     src: Samples, taus: str | int | ArrayLike, factors: ArrayLike | None, most: int
 ) -> tuple[NDArray[np.int64], tuple[str, ...]]:
-    """Tuple (factors, remarks): averaging factors from 1 to `most` that `taus` or `factors` request.
-
-    The factors are ascending, shape (k,). The remarks state what was rounded or omitted. Raises `TooShortError` if no
-    factor is left, and `InputError` for unusable values.
-    """
+    """Ascending averaging factors from 1 to `most` that `taus` or `factors` request, and remarks on those changed."""
     if factors is None and isinstance(taus, str):
         if taus not in ("octave", "decade", "all"):
             raise InputError(
@@ -150,11 +137,7 @@ def averaging_factors(
 def _explicit_factors(
     src: Samples, values: ArrayLike, seconds: bool
 ) -> tuple[NDArray[np.int64], tuple[str, ...]]:
-    """Tuple (factors, remarks): whole, ascending, unique averaging factors from given factors, or from times if `seconds`.
-
-    Times, s, are rounded to multiples of the sampling interval; remarks count those that were rounded or became equal.
-    Raises `InputError` for unusable values, such as fractional factors.
-    """
+    """Ascending, unique averaging factors, from given factors or from times (s) if `seconds`, and remarks on rounding."""
     try:
         wanted = np.atleast_1d(np.asarray(values))
         whole = not seconds and wanted.dtype.kind == "i" and wanted.ndim == 1 and wanted.size > 0

@@ -25,34 +25,24 @@ HADAMARD_TOTAL_BIAS = {0: 0.995, -1: 0.851, -2: 0.771}
 
 
 def allan_edf(alpha: float, m: int, count: int, points: int, stride: int = 1) -> float:
-    """Equivalent degrees of freedom of an Allan variance: `count` second differences, `stride` points apart.
-
-    `points` is not used.
-    """
+    """Equivalent degrees of freedom of an Allan variance: `count` second differences, `stride` points apart."""
     return degrees_of_freedom(alpha, m, count, stride=stride)
 
 
 def hadamard_edf(alpha: float, m: int, count: int, points: int, stride: int = 1) -> float:
-    """Equivalent degrees of freedom of a Hadamard variance: `count` third differences, `stride` points apart.
-
-    `points` is not used.
-    """
+    """Equivalent degrees of freedom of a Hadamard variance: `count` third differences, `stride` points apart."""
     return degrees_of_freedom(alpha, m, count, order=3, stride=stride)
 
 
 def modified_edf(alpha: float, m: int, count: int, points: int) -> float:
-    """Equivalent degrees of freedom of a modified Allan variance from `count` second differences of phase averages.
-
-    `points` is not used.
-    """
+    """Equivalent degrees of freedom of a modified Allan variance from `count` second differences of phase averages."""
     return degrees_of_freedom(alpha, m, count, summed=True)
 
 
 def total_edf(alpha: float, m: int, count: int, points: int) -> float:
     """Equivalent degrees of freedom of the total variance (NIST SP 1065 table 8).
 
-    For phase noise (rounded α > 0) they are those of the overlapping Allan variance. Otherwise they lie between 1 and
-    those of an Allan variance of `points` − 2 differences. α is rounded, at least −2. `count` is not used.
+    For phase noise (rounded α > 0) they are those of the overlapping Allan variance.
     """
     if round(alpha) > 0:
         return degrees_of_freedom(alpha, m, max(points - 2 * m, 1))
@@ -61,10 +51,7 @@ def total_edf(alpha: float, m: int, count: int, points: int) -> float:
 
 
 def modified_total_edf(alpha: float, m: int, count: int, points: int) -> float:
-    """Equivalent degrees of freedom of the modified total variance (NIST SP 1065 table 10), at least 1.
-
-    At most those of a modified Allan variance of `points` − 2 differences. α is rounded to −2 … 2. `count` is not used.
-    """
+    """Equivalent degrees of freedom of the modified total variance (NIST SP 1065 table 10)."""
     b, c = MODIFIED_TOTAL[min(max(round(alpha), -2), 2)]
     return _published_edf(b, c, alpha, m, points, summed=True)
 
@@ -72,8 +59,7 @@ def modified_total_edf(alpha: float, m: int, count: int, points: int) -> float:
 def _published_edf(b: float, c: float, alpha: float, m: int, points: int, *, summed: bool) -> float:
     """Equivalent degrees of freedom b T/τ − c of a total variance, with the published constants b and c.
 
-    T/τ is (`points` − 1)/m. The result is at least 1, and at most that of an Allan variance (if `summed`, a modified
-    Allan variance) of `points` − 2 differences in noise with the exponent α.
+    The result is at least 1, and at most that of an Allan variance (if `summed`, a modified Allan variance).
     """
     # The published line is for long τ; at short τ, reflection adds no terms.
     most = degrees_of_freedom(alpha, m, points - 2, summed=summed)
@@ -81,11 +67,7 @@ def _published_edf(b: float, c: float, alpha: float, m: int, points: int, *, sum
 
 
 def hadamard_total_edf(alpha: float, m: int, count: int, points: int) -> float:
-    """Equivalent degrees of freedom of the Hadamard total variance (NIST SP 1065 table 11), at least 1 for m > 1.
-
-    At m = 1 they are those of a Hadamard variance of `count` differences; otherwise `count` is not used. α is rounded to
-    −2 … 0.
-    """
+    """Equivalent degrees of freedom of the Hadamard total variance (NIST SP 1065 table 11), at least 1 for m > 1."""
     if m == 1:
         return hadamard_edf(alpha, m, count, points)
     b0, b1 = HADAMARD_TOTAL[min(max(round(alpha), -2), 0)]
@@ -103,26 +85,17 @@ def total_bias(alpha: int, m: int, points: int) -> float:
 
 
 def modified_total_bias(alpha: int, m: int, points: int) -> float:
-    """Published ratio of the mean modified total variance to the true variance.
-
-    It depends only on alpha, limited to −2 … 2. `m` and `points` are not used.
-    """
+    """Published ratio of the mean modified total variance to the true variance."""
     return MODIFIED_TOTAL_BIAS[min(max(alpha, -2), 2)]
 
 
 def hadamard_total_bias(alpha: int, m: int, points: int) -> float:
-    """Published ratio of the mean Hadamard total variance to the true variance; 1 at m = 1.
-
-    At m > 1 it depends only on alpha, limited to −2 … 0. `points` is not used.
-    """
+    """Published ratio of the mean Hadamard total variance to the true variance; 1 at m = 1."""
     return 1.0 if m == 1 else HADAMARD_TOTAL_BIAS[min(max(alpha, -2), 0)]
 
 
 def theo1_edf(alpha: float, m: int, count: int, points: int) -> float:
-    """Equivalent degrees of freedom of Theo1 (NIST SP 1065 table 12) at the effective averaging time 0.75 m, at least 1.
-
-    α is rounded to −2 … 2; `points` is the number of phase points, and `count` is not used.
-    """
+    """Equivalent degrees of freedom of Theo1 (NIST SP 1065 table 12) at the effective averaging time 0.75 m, at least 1."""
     law, n, tau = min(max(round(alpha), -2), 2), points, 0.75 * m
     if law == 2:
         edf = 0.86 * (n + 1) * (n - 4 * tau / 3) / (n - tau) * tau / (tau + 1.14)

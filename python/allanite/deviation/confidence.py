@@ -22,32 +22,25 @@ WEIGHTS = {
 def degrees_of_freedom(
     alpha: float, m: int, count: int, *, order: int = 2, summed: bool = False, stride: int = 1
 ) -> float:
-    """Equivalent degrees of freedom of a mean of squared differences of discrete power-law noise.
+    """Equivalent degrees of freedom of a mean of squared differences of discrete power-law noise, at least 1.
 
     edf = M / (1 + 2 Σ_{j=1}^{M−1} (1 − j/M) ρ_j²), where ρ_j is the autocorrelation of the differences at lag j, and M
     is `count`. Greenhall & Riley (2003) approximate ρ by a continuous-time process. This function uses sampled noise.
     For white FM, m = 1, M = 999 and order 2, their formula gives 782 and this function 666 (2M/3). For long records the
-    sum is interpolated between lags. The result is 1 if `count` is below 2.
+    sum is interpolated between lags.
 
     Parameters
     ----------
     alpha : float
         Exponent of S_y ∝ f^α; 2 white PM, 0 white FM, −2 random-walk FM.
-    m : int
-        Averaging factor.
-    count : int
-        Number of terms M.
+    m, count : int
+        Averaging factor, and number of terms M.
     order : {2, 3}
         Order of the difference: Allan 2, Hadamard 3.
     summed : bool
         Phase averaged over m points, as in the modified variance.
     stride : int
         Points between terms: 1 overlapping, m not overlapping.
-
-    Returns
-    -------
-    float
-        At least 1.
     """
     if count < 2:
         return 1.0
@@ -63,8 +56,7 @@ def degrees_of_freedom(
 def _lag_nodes(m: int, count: int, order: int) -> NDArray[np.float64]:
     """Lags at which the terms of a sum over all lags are evaluated; between them the terms are interpolated.
 
-    The result has ascending whole numbers as floats, from 0 to min(`count` − 1, 40 (`order` + 1) m). Up to 65 lags are
-    all returned. Longer lists are dense near 0, m, … `order`·m; elsewhere neighbors differ by up to 6 %.
+    Up to 65 lags are all returned. Longer lists are dense near 0, m, … `order`·m, and end at 40 (`order` + 1) m.
     """
     farthest = min(count - 1, 40 * (order + 1) * m)
     if farthest <= 64:
@@ -122,20 +114,7 @@ def _generalized_covariance(lag: NDArray[np.float64], d: float) -> NDArray[np.fl
 def interval(
     deviation: NDArray[np.float64], edf: NDArray[np.float64], level: float = 0.95
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Tuple (low, high): ends of the confidence interval of a deviation whose square is χ² with `edf` degrees of freedom.
-
-    Parameters
-    ----------
-    deviation, edf : ndarray of shape (k,)
-        Estimates and their equivalent degrees of freedom.
-    level : float
-        Coverage.
-
-    Returns
-    -------
-    low, high : ndarray of shape (k,)
-        NaN where the degrees of freedom are NaN.
-    """
+    """Ends of the confidence interval of a deviation whose square is χ² with `edf` degrees of freedom; NaN for NaN."""
     from scipy.special import gammaincinv
 
     tail = (1.0 - level) / 2.0

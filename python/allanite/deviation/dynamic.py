@@ -227,10 +227,9 @@ def dynamic_oadev(
 def _gap_remarks(
     src: Samples, n: NDArray[np.int64], m: NDArray[np.int64], size: int
 ) -> tuple[str, ...]:
-    """Tuple of sentences on missing samples (as `gap_notes`), and on windows in which gaps leave no difference.
+    """Remarks on missing samples (as `gap_notes`), and on windows of `size` samples in which gaps leave no difference.
 
-    `n`, shape (windows, k), counts the averaged differences at the averaging factors `m`. A window has `size` samples.
-    The tuple is empty if no sample is missing.
+    `n`, shape (windows, k), counts the averaged differences at the averaging factors `m`.
     """
     missing = int(np.isnan(src.samples).sum()) if src.samples.dtype.kind == "f" else 0
     used = n.sum(axis=0)

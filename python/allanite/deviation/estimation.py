@@ -29,23 +29,8 @@ def estimate(
 ) -> Deviation:
     """`Deviation` of a record by one estimator, with the inputs of its intervals and its remarks.
 
-    Parameters
-    ----------
-    row : Estimator
-        The estimator.
-    src : Samples
-        The record.
-    taus, factors
-        As of `allanite.oadev`.
-    unbiased : bool
-        If true, a published bias is divided out.
-
-    Raises
-    ------
-    InputError
-        Averaging times that cannot be used.
-    TooShortError
-        No averaging time fits into the record.
+    If `unbiased`, a published bias is divided out. Raises `InputError` for unusable averaging times, and
+    `TooShortError` if none fits into the record.
     """
     points = src.points
     m, notes = averaging_factors(src, taus, factors, row.most(points))
@@ -80,9 +65,9 @@ def kernel_results(
 ) -> tuple[NDArray[np.float64], NDArray[np.int64], NDArray[np.float64], int, float]:
     """Tuple (variance, counts, α, missing, scale) of an estimator at every averaging factor m.
 
-    `counts` are the numbers of averaged squared differences, α the noise exponents, all of shape (k,). `missing` is the
-    number of missing samples. `scale` is 1 unless squares of floating-point samples overflow or underflow. Then it is a
-    power of two, and the variance is that of the samples divided by `scale`.
+    `counts` are the numbers of averaged squared differences, and `missing` is the number of missing samples. `scale` is
+    1 unless squares of floating-point samples overflow or underflow. Then it is a power of two, and the variance is
+    that of the samples divided by `scale`.
     """
     variance, n, alpha, gaps = row.kernel(samples, m, angle)
     # The usual case, quickly: a short record costs no more than its sums.
@@ -108,10 +93,7 @@ def _corrected_variance(
     points: int,
     unbiased: bool,
 ) -> tuple[NDArray[np.float64], tuple[str, ...]]:
-    """Tuple (variance, remarks): variance divided by the published bias of the estimator, and at most one remark.
-
-    If `unbiased` is False, or if the bias is 1 at all factors, the variance is unchanged.
-    """
+    """Variance divided by the published bias of the estimator if `unbiased`, and at most one remark on the bias."""
     bias = np.array([published(int(a), int(f), points) for a, f in zip(alpha, m, strict=True)])
     if (bias == 1.0).all():
         return variance, ()

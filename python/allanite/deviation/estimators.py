@@ -108,17 +108,14 @@ class Correctable(Protocol):
 
 
 def _register_estimator(**what: Any) -> Estimator:
-    """New `Estimator` with these attributes; it is added to the table `ESTIMATORS`.
-
-    By default its kernel is the one with its name.
-    """
+    """New `Estimator` with these attributes, added to `ESTIMATORS`; its default kernel is the one with its name."""
     row = Estimator(**{"kernel": _family_kernel(what["name"]), **what})
     ESTIMATORS[row.name] = row
     return row
 
 
 def _with_docstring(function: Any, row: Estimator, more: str, nbs14: str) -> Any:
-    """`function` itself. Side effect: it gets the name and the description of the estimator `row` as name and docstring.
+    """`function` itself, after it got the name and the description of the estimator `row`.
 
     `more` is a sentence of the docstring, and `nbs14` the output of the docstring's example.
     """
@@ -148,10 +145,7 @@ def _deviation_or_deviations(
     quantity: str,
     unbiased: bool = True,
 ) -> Deviation:
-    """`Deviation` of the record `x` by the estimator `row`; other parameters as of `allanite.totdev`.
-
-    A recording with several columns gives `Deviations` and a `DeprecationWarning`.
-    """
+    """`Deviation` of the record by the estimator `row`; for several columns `Deviations`, with a `DeprecationWarning`."""
     if isinstance(x, Recording) and len(x.columns) > 1:
         return results_with_warning(
             x.columns,
@@ -165,10 +159,9 @@ def _deviation_or_deviations(
 
 
 def _uncorrected_estimator(more: str, nbs14: str, **what: Any) -> Deviate:
-    """Public function, such as `oadev`, that computes the deviation of a new estimator without a published bias.
+    """Public function, such as `oadev`, of a new estimator without a published bias, which is added to `ESTIMATORS`.
 
-    Also adds the estimator to `ESTIMATORS`. `more` is a sentence of the function's docstring, `nbs14` the output of its
-    example, `what` are attributes of `Estimator`.
+    For `more` and `nbs14` see `_with_docstring`; `what` are attributes of `Estimator`.
     """
     row = _register_estimator(**what)
 
@@ -187,11 +180,7 @@ def _uncorrected_estimator(more: str, nbs14: str, **what: Any) -> Deviate:
 
 
 def _corrected_estimator(more: str, nbs14: str, **what: Any) -> Correctable:
-    """Public function, such as `totdev`, that computes the deviation of a new estimator with a known, removable bias.
-
-    Also adds the estimator to `ESTIMATORS`. `more` is a sentence of the function's docstring, `nbs14` the output of its
-    example, `what` are attributes of `Estimator`.
-    """
+    """Public function, such as `totdev`, of a new estimator with a known, removable bias; as `_uncorrected_estimator`."""
     row = _register_estimator(**what)
 
     def deviation(
@@ -212,10 +201,7 @@ def _corrected_estimator(more: str, nbs14: str, **what: Any) -> Correctable:
 def _allan_of_samples(
     kernel: Any, samples: NDArray[Any], m: NDArray[np.int64], angle: bool
 ) -> tuple[Any, Any, Any, int]:
-    """Result of an Allan `kernel`: variances, numbers of differences and noise exponents, shape (k,), and missing samples.
-
-    The variances at the factors `m` are those of mean rates: for samples of phase (`angle`), those of the kernel over m².
-    """
+    """Result of an Allan `kernel`; for samples of phase (`angle`), variances over m², which are those of mean rates."""
     variance, *rest = kernel(samples, m, angle)
     return (variance / m**2 if angle else variance, *rest)
 
@@ -226,10 +212,7 @@ def _family_kernel(name: str) -> Any:
 
 
 def _time_factor(scale: float, tau: NDArray[np.float64], rate: float) -> NDArray[np.float64]:
-    """Factor from a modified deviation of the samples to a time deviation, shape (k,): `scale`·τ/√3.
-
-    The rate is not used.
-    """
+    """Factor from a modified deviation of the samples to a time deviation, shape (k,): `scale`·τ/√3."""
     return scale * tau / np.sqrt(3.0)
 
 

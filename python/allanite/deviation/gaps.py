@@ -24,19 +24,10 @@ def gap_notes(
     n: NDArray[np.int64],
     lost: NDArray[np.int64],
 ) -> tuple[str, ...]:
-    """Tuple of one to three sentences on missing samples of a deviation curve; empty if no sample is missing.
+    """One to three remarks on missing samples of a deviation curve; empty if no sample is missing.
 
-    The third one advises to average samples, if gaps remove over half of the differences at short averaging times (below
-    a tenth of the longest).
-
-    Parameters
-    ----------
-    missing, samples : int
-        Number of missing samples, and of all samples.
-    tau : ndarray of shape (k,)
-        Averaging times, s.
-    n, lost : ndarray of shape (k,)
-        Numbers of differences that were averaged, and of those that gaps remove, at each averaging time.
+    `n` and `lost`, shape (k,), count the differences that were averaged, and those that gaps remove. The third remark
+    advises to average samples, if gaps remove over half of the differences at short averaging times.
     """
     if not missing:
         return ()

@@ -169,12 +169,7 @@ class Deviation:
         return replace(self, unit=unit, deviation=factor * self.deviation, _bands=bands)
 
     def _interval_array(self, name: str) -> NDArray[np.float64]:
-        """Lower or upper ends of the interval, or degrees of freedom: `name` is ``low``, ``high`` or ``edf``; shape (k,).
-
-        The array is not writable. All three arrays are computed at the first call and kept.
-
-        Without a formula for the degrees of freedom, all are NaN.
-        """
+        """Array ``low``, ``high`` or ``edf``, shape (k,); NaN without a formula for the degrees of freedom."""
         # Computed on first use, since it takes longer than the deviation of a short record.
         if not self._bands:
             edf = np.full(self.tau.shape, np.nan) if self._freedom is None else self._freedom()

@@ -30,12 +30,8 @@ class Estimator:
 
     Attributes
     ----------
-    name : str
-        Name of its function, of the command-line option, and of results.
-    title : str
-        Title for plots.
-    source : str
-        Publication that defines it.
+    name, title, source : str
+        Name of its function, of the command-line option and of results; title for plots; publication that defines it.
     use : Entry
         When to use it, for the help of the command line. Estimators with the same text share a line.
     choice : Entry or None
@@ -48,16 +44,13 @@ class Estimator:
     kernel : callable
         ``kernel(samples, factors, angle)`` returns the variance at each factor (the square, for interval errors), number
         of averaged differences, noise exponent, and number of missing samples.
-    most : callable
-        Largest averaging factor for a number of phase points.
-    terms : callable
-        Number of averaged differences at each averaging factor for a number of phase points without gaps.
+    most, terms : callable
+        Largest averaging factor, and number of averaged differences at each, for a number of phase points without gaps.
     edf : callable or None
         Degrees of freedom from noise exponent, factor, and numbers of differences and phase points; None if not known.
-    bias : callable or None
+    bias, unbiased : callable or None, bool
         Ratio of the mean variance to the true one, from exponent, factor and number of phase points; None without bias.
-    unbiased : bool
-        True if the bias is divided out by default.
+        Whether it is divided out by default.
     gain : callable or None
         For estimators of the phase: their scale from the scale of the rate, averaging times and sampling rate.
     """
@@ -87,10 +80,7 @@ class Estimator:
         return np.asarray(np.maximum(self.terms(m, points), 0), np.int64)
 
     def edf_at(self, alpha: Floats, m: Ints, n: Ints, points: int) -> Floats:
-        """Equivalent degrees of freedom at each averaging factor m, shape (k,); `n` counts the averaged differences.
-
-        `alpha` are the noise exponents. NaN where `n` is 0, and everywhere if the estimator has no formula.
-        """
+        """Equivalent degrees of freedom at each averaging factor m; NaN where `n` is 0, and without a formula."""
         if self.edf is None:
             return np.full(m.size, np.nan)
         rows = zip(alpha, m, n, strict=True)
@@ -103,13 +93,7 @@ ESTIMATORS: dict[str, Estimator] = {}
 
 
 def estimator_named(name: str) -> Estimator:
-    """Estimator with this name.
-
-    Raises
-    ------
-    InputError
-        There is none.
-    """
+    """Estimator with this name; raises `InputError` if there is none."""
     try:
         return ESTIMATORS[name]
     except KeyError:

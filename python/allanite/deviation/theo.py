@@ -74,10 +74,7 @@ def _theoh_edf(
     counts: NDArray[np.int64],
     points: int,
 ) -> NDArray[np.float64]:
-    """Equivalent degrees of freedom of TheoH: of the Allan deviation at `allan_factors`, then of Theo1 at `theo1_factors`.
-
-    `alpha` are the noise exponents and `counts` the numbers of averaged differences at all factors, in this order.
-    """
+    """Degrees of freedom of TheoH: of the Allan deviation at `allan_factors`, then of Theo1 at `theo1_factors`."""
     split = allan_factors.size
     first = OADEV.edf_at(alpha[:split], allan_factors, counts[:split], points)
     second = THEOH.edf_at(alpha[split:], theo1_factors, counts[split:], points)
@@ -85,10 +82,9 @@ def _theoh_edf(
 
 
 def _theo1_at_factors(src: Samples, m: NDArray[np.int64], notes: tuple[str, ...]) -> Deviation:
-    """`Deviation` of kind theo1 at the even averaging factors m, with the remarks `notes` and remarks on gaps.
+    """`Deviation` of kind theo1 at the even averaging factors m; the averaging time is 0.75 m / rate.
 
-    Each start in the record gives m/2 squared differences. The attribute `n` counts these squared differences, and
-    `lost` those that gaps remove. The averaging time is 0.75 m / rate.
+    Each start in the record gives m/2 squared differences, which `n` and `lost` count.
     """
     variance, n, alpha, gaps, step = kernel_results(THEO1, src.samples, m, src.angle)
     lost = THEO1.max_terms(m, src.points) - n

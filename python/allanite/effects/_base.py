@@ -488,41 +488,26 @@ class Stochastic(ProcessSearchHooks, Effect):
         return value**2
 
     def terms(self, rate: float) -> tuple[Term, ...]:
-        """Tuple of spectral terms (`effects.terms`), whose sum is the process with its present values, at `rate` (Hz).
-
-        InputError without a coefficient.
-        """
+        """Tuple of spectral terms (`effects.terms`), whose sum is the process with its present values, at `rate` (Hz)."""
         return tuple(term.scaled(self.squared_coefficient) for term in self.unit_terms(rate))
 
     stretches = Former("segments")
 
     @property
     def segments(self) -> tuple[Stochastic, ...]:
-        """Tuple of one effect for each of the equal time segments of the record: the process in that segment.
-
-        Empty unless the class declares `moving`.
-        """
+        """The process in each of the equal time segments of the record; empty unless the class declares `moving`."""
         return ()
 
     @property
     def gauss_markov(self) -> tuple[float, float] | None:
-        """Pair (q_c, correlation time in s) of a first-order Gauss-Markov process.
-
-        None (default) for other processes, and if a value is missing.
-        """
+        """Pair (q_c, correlation time in s) of a first-order Gauss-Markov process; None for other processes."""
         return None
 
     @property
     def middles(self) -> tuple[float, ...]:
-        """Tuple of the center frequency in each of the equal time segments of the record, Hz.
-
-        Empty unless the class declares `moving`.
-        """
+        """Center frequency in each equal time segment of the record, Hz; empty unless the class declares `moving`."""
         return ()
 
     def generator(self, rate: float) -> tuple[str, list[float]] | None:
-        """Pair (name, parameters) of the core's generator of non-normal samples at `rate` Hz.
-
-        By default None: terms are simulated.
-        """
+        """Pair (name, parameters) of the core's generator of non-normal samples at `rate` Hz; None: terms are simulated."""
         return None

@@ -77,15 +77,7 @@ class Parameter:
     figures: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
 
     def accepted(self, value: Any, several: bool) -> Any:
-        """Given `value`, checked and converted: float within the bounds, or text.
-
-        If `several`, a tuple of floats of any size up to `MAX_NUMBER`.
-
-        Raises
-        ------
-        InputError
-            A value of another type, or a number out of the bounds; the message starts with the parameter's name.
-        """
+        """Given `value`, checked and converted: float within the bounds, text, or, if `several`, tuple of floats."""
         if several:
             low, high = -MAX_NUMBER, MAX_NUMBER
             given = [value] if isinstance(value, (int, float)) else value
@@ -99,10 +91,7 @@ class Parameter:
         return self._number(value, *self.bounds)
 
     def _number(self, value: Any, low: float, high: float) -> float:
-        """Given `value` as a float; InputError if it is not a number between `low` and `high`.
-
-        Texts and NaN are rejected; infinity is accepted if it is within the bounds.
-        """
+        """Given `value` as a float between `low` and `high`, not as a text; else InputError."""
         try:
             # Texts are rejected, although float() would parse them.
             number = math.nan if isinstance(value, (str, bytes)) else float(value)
@@ -123,10 +112,7 @@ class Parameter:
 
 
 def texts_for_clocks(**texts: str) -> Mapping[str, Mapping[str, str]]:
-    """Mapping {"fractional frequency": `texts`}, for the class attribute `texts` of an effect with other texts for clocks.
-
-    The names are ``physics``, ``looks_like`` and ``check_by``; omitted ones are as for other sensors.
-    """
+    """Class attribute `texts` of an effect with other ``physics``, ``looks_like`` or ``check_by`` for clocks."""
     return {"fractional frequency": texts}
 
 
@@ -167,29 +153,16 @@ def lag_parameter(name: str, description: str) -> Parameter:
 
 
 def log_grid(low: float, high: float, per_decade: int = 8, at_least: int = 4) -> Array:
-    """Array of logarithmically spaced values from `low` to `high`, both included.
-
-    There are about `per_decade` values in each decade, and at least `at_least` values in all.
-    """
+    """Logarithmically spaced values from `low` to `high`, both included, about `per_decade` in each decade."""
     return np.geomspace(low, high, max(at_least, int(per_decade * np.log10(high / low))))
 
 
 @dataclass(frozen=True, slots=True)
 class StraightLine:
-    """Straight line from which IEEE 952-1997 reads a coefficient of the Allan deviation.
+    """Straight line from which IEEE 952-1997 reads a coefficient `name` (Q, N, B, K or R) of the Allan deviation.
 
-    Attributes
-    ----------
-    name : str
-        Name of the coefficient: Q, N, B, K or R.
-    slope : float
-        Slope of the line in log-log scale.
-    read_at : float or None
-        τ at which the line is read, s; None for a plateau.
-    level : float
-        Value of the line there for coefficient 1.
-    scatter : str
-        Primitive term (see `effects.terms`) with which the scatter of the curve on this slope is computed.
+    `level` is the value of the line at τ = `read_at` (s; None for a plateau) for coefficient 1. `slope` is in log-log
+    scale. `scatter` is the primitive term with which the scatter of the curve on this slope is computed.
     """
 
     name: str

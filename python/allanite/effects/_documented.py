@@ -76,10 +76,7 @@ def _parameter_sections(declared: Sequence[Parameter]) -> str:
 
 
 def _parameter_entry(p: Parameter) -> str:
-    """Text of two lines: numpydoc entry ``name : unit, role, optional`` of a parameter, then its description and range.
-
-    A part that does not apply is omitted. The role is named only for a choice or a derived parameter.
-    """
+    """Numpydoc entry ``name : unit, role, optional`` of a parameter, then its description and range."""
     unit = "" if p.unit == "text" else unit_of(p)
     role_text = {"choice": "a choice", "derived": "derived"}.get(p.role, "")
     kind = ", ".join(filter(None, (unit, role_text, "optional" if p.optional else "")))

@@ -36,10 +36,9 @@ class Event(Deterministic):
     memoryless = True
 
     def grid(self, name: str, n: int, rate: float) -> Array:
-        """Array of at most 1024 equally spaced times within the record, s, for the times that `interval` names.
+        """At most 1024 equally spaced times within the record, s, for the times that `interval` names.
 
-        Starts lie before a known end, ends after a known start. If fewer than two times remain: 0 and the duration.
-        Other shape parameters have the default grid.
+        Starts lie before a known end, ends after a known start. Other shape parameters have the default grid.
         """
         if name not in self.interval:
             return super().grid(name, n, rate)
@@ -83,9 +82,10 @@ class Away(Event):
 
 
 def step_ordinates(times: Array, j: NDArray[np.int64], n: int, rate: float, start: float) -> Array:
-    """Array of cosine-transform coefficients j of steps from 0 to 1 at `times`, s, shape (times.size, j.size).
+    """Cosine-transform coefficients j of steps from 0 to 1 at `times`, s, shape (times.size, j.size).
 
-    A step at sample k has −√(2/n) sin(πjk/n)/(2 sin(πj/2n)). `start` is the time of the first of n samples at `rate` Hz, s.
+    A step at sample k has −√(2/n) sin(πjk/n)/(2 sin(πj/2n)). `start` is the time of the first of n samples at `rate`
+    Hz, s.
     """
     found = sines(first_samples(times, n, rate, start), j, n)
     found *= -np.sqrt(0.5 / n) / np.sin(np.pi * j / (2 * n))
@@ -103,7 +103,7 @@ def cosines(k: Array, j: NDArray[np.int64], n: int) -> Array:
 
 
 def sines(k: Array, j: NDArray[np.int64], n: int, phase: float = 0.0) -> Array:
-    """Array of sin(πjk/n + phase) for samples k and indices j of cosine-transform coefficients, shape (k.size, j.size).
+    """sin(πjk/n + phase) for samples k and indices j of cosine-transform coefficients, shape (k.size, j.size).
 
     Many values at successive j are computed by blocks with sin(a + b), since a search needs millions of them.
     """

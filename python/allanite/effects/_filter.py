@@ -60,11 +60,7 @@ Z = TypeVar("Z", complex, NDArray[np.complex128])
 class Response:
     """A digital filter H(z) = gain Π(1 − z_i/z)/Π(1 − p_i/z).
 
-    Attributes
-    ----------
-    gain : float
-    zeros, poles : tuple of complex
-        Equally many zeros and poles, with complex conjugates adjacent. All poles are different.
+    It has as many zeros as poles, with complex conjugates adjacent. All poles are different.
     """
 
     gain: float
@@ -83,10 +79,7 @@ class Response:
 
     @property
     def settling(self) -> int:
-        """Number of samples after which the start of a simulation is forgotten: 16 time constants of the slowest pole.
-
-        The magnitude of the pole is limited to 0.001 … 1 − 1e-9, so that the number lies between 3 and 1.6·10¹⁰.
-        """
+        """Number of samples after which the start of a simulation is forgotten: 16 time constants of the slowest pole."""
         slowest = max(abs(p) for p in self.poles)
         return int(np.ceil(SETTLING_E_FOLDINGS / -np.log(min(max(slowest, 1e-3), 1.0 - 1e-9))))
 
@@ -104,18 +97,18 @@ class Response:
 
     @cached_property
     def lag_zero(self) -> float:
-        """Variance of filtered white noise minus the sum of the exponentials of `modes` at lag 0. Cached.
+        """Variance of filtered white noise of variance 1 minus the sum of the exponentials of `modes` at lag 0; cached.
 
-        The white noise has variance 1 before the filter. The result is the power gain G(z) (`power`) at z = 0.
+        It is the power gain G(z) (`power`) at z = 0.
         """
         return complex(self.gain**2 * prod(self.zeros) / prod(self.poles)).real
 
     @cached_property
     def modes(self) -> tuple[tuple[complex, complex], ...]:
-        """Tuple of (pole p, weight w): filtered white noise of variance 1 has the autocovariance Σ Re(w p^h), h > 0.
+        """Pairs (pole p, weight w): filtered white noise of variance 1 has the autocovariance Σ Re(w p^h), h > 0; cached.
 
         The weight is the residue of G(z)/z at the pole. A conjugate pair is represented by the pole above the real axis
-        with twice its residue. Cached.
+        with twice its residue.
         """
         out = []
         for p in self.poles:
@@ -154,10 +147,7 @@ class Filter(Modifier):
         return self.passed((White(white),), rate)
 
     def passed(self, terms: tuple[Term, ...], rate: float) -> tuple[Term, ...]:
-        """Tuple of the spectral terms of a process after the filter, from its `terms` before the filter; `rate` in Hz.
-
-        White noises, autocovariances of few lags (`Lags`) and exponentials with equal poles are merged.
-        """
+        """Spectral terms of a process after the filter, from its `terms` before the filter; `rate` in Hz."""
         response = _cached_response(self, rate)
         waves: list[Term] = [term for term in terms if isinstance(term, Exponential)]
         passed = _filtered_sum(waves, response, 0.0) if waves else []
@@ -175,10 +165,7 @@ def _cached_response(passing: Filter, rate: float) -> Response:
 
 
 def _merged_terms(terms: list[Term]) -> tuple[Term, ...]:
-    """Tuple of terms with the same total spectrum as `terms`, in which terms that can be added are merged.
-
-    These are exponentials with equal poles, white noises (last in the result), and autocovariances of few lags (`Lags`).
-    """
+    """Terms with the same total spectrum, in which white noises, `Lags`, and exponentials with equal poles are merged."""
     lags: dict[complex, complex] = {}
     rest: list[Term] = []
     white, finite = 0.0, np.zeros(0)
@@ -208,7 +195,7 @@ def _sum_of_lags(one: Array, other: Array) -> Array:
 @cleared_by_free_buffers
 @lru_cache(maxsize=8192)
 def _filtered_term(term: Term, response: Response) -> tuple[Term, ...]:
-    """Tuple of the terms whose sum is `term` after the filter. Cached.
+    """Terms whose sum is `term` after the filter; cached.
 
     Flicker noise and power laws are approximated (`_sum_of_low_passes`); their gain at frequency zero is exact.
     """
@@ -226,10 +213,10 @@ def _filtered_term(term: Term, response: Response) -> tuple[Term, ...]:
 
 
 def _filtered_sum(pieces: list[Term], response: Response, less: float) -> list[Term]:
-    """List of the terms of a sum of `pieces` after the filter, minus `less` times the unfiltered sum.
+    """Terms of a sum of `pieces` after the filter, minus `less` times the unfiltered sum.
 
     `pieces` are white noise, random walks and exponentials. One exponential is added for each pole of the filter
-    (one for a conjugate pair), even if its amplitude is 0. White noise and a random walk of variance 0 are omitted.
+    (one for a conjugate pair), even if its amplitude is 0.
     """
     out: list[Term] = []
     # Spectra at the poles of the filter.
@@ -257,7 +244,7 @@ def _filtered_sum(pieces: list[Term], response: Response, less: float) -> list[T
 def _filtered_waves(
     waves: list[Exponential], response: Response, less: float
 ) -> tuple[list[complex], list[Exponential]]:
-    """Pair: list of the summed spectrum S(p) of `waves` at each pole p of `response.modes`, and list of filtered `waves`.
+    """Summed spectrum S(p) of `waves` at each pole p of `response.modes`, and the filtered `waves`.
 
     Each filtered exponential is multiplied by the power gain at its pole, minus `less`.
     """
@@ -274,10 +261,7 @@ def _filtered_waves(
 
 
 def _separated_pole(phi: complex, response: Response) -> complex:
-    """Complex pole of an exponential: `phi`, or a pole next to it if the filter has (nearly) the same pole.
-
-    The new pole differs from the filter's pole p by 0.001·|1 − p|, so that the residues stay finite.
-    """
+    """`phi`, or, if the filter has nearly the same pole p, a pole 0.001·|1 − p| beside it: residues stay finite."""
     for p in response.poles:
         near = MIN_POLE_DISTANCE * abs(1.0 - p)
         if abs(phi - p) < near:
@@ -286,10 +270,10 @@ def _separated_pole(phi: complex, response: Response) -> complex:
 
 
 def _sum_of_low_passes(term: Term, response: Response) -> list[Term]:
-    """List of white noise, exponentials and random walks whose sum approximates a power law or flicker `term`.
+    """White noise, exponentials and random walks whose sum approximates a power law or flicker `term`, unfiltered.
 
-    The filter is not applied yet; its poles determine the accuracy at low frequencies. Time constants reach from one sample
-    to 300 times the slowest time constant of the filter, at least 16 samples.
+    The poles of the filter determine the accuracy at low frequencies. Time constants reach from one sample to 300 times
+    the slowest time constant of the filter.
     """
     exponent, level = (
         (term.exponent, term.level) if isinstance(term, PowerLaw) else (-1.0, term.numbers[0])
@@ -321,10 +305,9 @@ def _sum_of_low_passes(term: Term, response: Response) -> list[Term]:
 
 
 def _filtered_lags(covariance: Array, response: Response) -> list[Term]:
-    """List of the terms of a process with finite autocovariance after the filter: some exponentials, then one `Lags`.
+    """Some exponentials, then one `Lags`: a process with the finite autocovariance r(0), r(1), … after the filter.
 
-    `covariance` is r(0), r(1), … of the process, and 0 beyond. Fast poles of the filter give no exponential: their
-    autocovariance is part of the `Lags`.
+    Fast poles of the filter give no exponential: their autocovariance is part of the `Lags`.
     """
     last = covariance.size - 1
     both = np.concatenate([covariance[:0:-1], covariance])

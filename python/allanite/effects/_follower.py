@@ -19,12 +19,9 @@ def coefficient_parameter(unit: str, description: str) -> Parameter:
 
 
 def followed_column(effect: Effect, columns: Columns | None) -> Array:
-    """Array of the values of the logged column that an effect follows, shape (n,).
+    """Values of the logged column that an effect follows, shape (n,).
 
-    Raises
-    ------
-    InputError
-        The effect names no column, or the recording has no such column.
+    Raises `InputError` if the effect names no column, or the recording has no such column.
     """
     name = effect.follows
     if name is None:
@@ -40,17 +37,9 @@ def followed_column(effect: Effect, columns: Columns | None) -> Array:
 
 @dataclass(frozen=True)
 class LaggedColumn:
-    """A logged column minus its mean, after a first-order lag, raised to a power.
+    """A logged column minus its mean, after a first-order lag (s), raised to a power, whose mean is subtracted again.
 
-    Attributes
-    ----------
-    column : str
-    lag : float
-        Time constant, s; 0 for none.
-    power : int
-        Powers above 1 have their mean subtracted.
-    starts : tuple of int
-        First sample of each further run in a record of several joined logs; the lag restarts there.
+    `starts` has the first sample of each further run in a record of several joined logs; the lag restarts there.
     """
 
     column: str
@@ -59,10 +48,7 @@ class LaggedColumn:
     starts: tuple[int, ...] = ()
 
     def series(self, time: Array, covariates: Columns) -> Array:
-        """Array of the column minus its mean, after a first-order low-pass, to the `power`, at each `time` (s); shape (n,).
-
-        The column is taken from `covariates`. A power above 1 is centered again, so that its mean is 0.
-        """
+        """The column minus its mean, after a first-order low-pass, to the `power`, at each `time` (s); shape (n,)."""
         values = covariates[self.column] - np.mean(covariates[self.column])
         samples = self.lag / float(time[1] - time[0])
         if samples > 0.0:
@@ -95,13 +81,7 @@ class Follower(Deterministic):
     family = "covariate"
 
     def regressors(self, time: Array, covariates: Columns) -> Array:
-        """Array of the weighted sums of `sums_of_lagged`, shape (n, regressors).
-
-        Raises
-        ------
-        InputError
-            The recording has no such column.
-        """
+        """The weighted sums of `sums_of_lagged`, shape (n, regressors)."""
         followed_column(self, covariates)
         rows = [
             weighted_sum([(weight, part.series(time, covariates)) for weight, part in parts])
@@ -115,10 +95,10 @@ class Follower(Deterministic):
 
 
 def by_run(values: Array, starts: tuple[int, ...], function: Callable[[Array], Array]) -> Array:
-    """Array of the results of `function` for each joined log in `values`, one after the other, shape (n,).
+    """Results of `function` for each joined log in `values`, one after the other, shape (n,).
 
-    `function` has memory, such as a low-pass, which must not reach from one log into the next. `starts` are the indices of
-    the first samples of all logs but the first.
+    `function` has memory, such as a low-pass, which must not reach from one log into the next. `starts` are the indices
+    of the first samples of all logs but the first.
     """
     if not starts:
         return function(values)
@@ -133,10 +113,7 @@ def weighted_sum(parts: Sequence[tuple[float, Array]]) -> Array:
 
 
 def lagged(values: Array, samples: float) -> Array:
-    """`values` after a first-order low-pass of gain 1, shape (n,), started in equilibrium with the first value.
-
-    `samples` is the time constant in samples; 0 returns the values unchanged.
-    """
+    """`values` after a first-order low-pass of gain 1 and time constant `samples`, started in equilibrium."""
     from scipy.signal import lfilter
 
     if samples <= 0.0:

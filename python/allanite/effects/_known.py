@@ -289,10 +289,7 @@ class Periodic(Deterministic):
         return [(turn * m, amplitude, phase) for m, amplitude, phase in self.lines]
 
     def own_allan_variance(self, m: Array, rate: float) -> Array:
-        """Array of the Allan variance Σ A² sin⁴(πfτ)/(m sin(πfτ0))² of the sampled lines, U², shape of m.
-
-        0 without a frequency.
-        """
+        """Allan variance Σ A² sin⁴(πfτ)/(m sin(πfτ0))² of the sampled lines, U², shape of m; 0 without a frequency."""
         total = np.zeros(np.shape(m))
         for multiple, amplitude, _ in self.lines if self.frequency else ():
             f = multiple * (self.frequency or 0.0)

@@ -31,7 +31,7 @@ def allan_of_lags(covariance: Array, m: int) -> float:
 
 
 def allan_of_variogram(variogram: Array, m: NDArray[np.int64]) -> Array:
-    """Array of the Allan variance at averaging factors m from the variogram r(0) − r(h) at lags 0, 1, … 2·max(m) − 1.
+    """Allan variance at averaging factors m from the variogram r(0) − r(h) at lags 0, 1, … 2·max(m) − 1.
 
     The variogram has no cancellation, unlike the autocovariance r(h).
     """
@@ -41,7 +41,7 @@ def allan_of_variogram(variogram: Array, m: NDArray[np.int64]) -> Array:
 
 
 def exponential_allan(a: complex, phi: complex, m: Array) -> Array:
-    """Array of the Allan variance at averaging factors m of a process with autocovariance r(h) = Re(a φ^h), shape of m.
+    """Allan variance at averaging factors m of a process with autocovariance r(h) = Re(a φ^h), shape of m.
 
     Up to m = 256 it is a sum over lags, above the closed form Re a[m−3φ−mφ²+4φ^{m+1}−φ^{2m+1}]/[m²(1−φ)²]. The closed
     form loses all digits for m(1−φ) → 0. There the process is a random walk of step variance 2 Re(a(1−φ)).
@@ -72,11 +72,11 @@ def exponential_allan(a: complex, phi: complex, m: Array) -> Array:
 @cleared_by_free_buffers
 @lru_cache(maxsize=256)
 def power_law_lags(exponent: float, count: int) -> Array:
-    """Array of the variogram r(0) − r(h) of the spectrum (2 sin(w/2))^exponent at lags h = 0 … count−1, shape (count,).
+    """Variogram r(0) − r(h) of the spectrum (2 sin(w/2))^exponent at lags h = 0 … count−1; cached.
 
-    Fractional noise of order d = −exponent/2 (Hosking 1981) has r(h) = Γ(1−2d)Γ(h+d)/(Γ(d)Γ(1−d)Γ(h+1−d)). The formula is
-    continued beyond d = ½, where only differences of r exist. At d = ½ the variogram is (2/π) Σ 1/(2k−1) over k = 1 … h.
-    Cached.
+    Fractional noise of order d = −exponent/2 (Hosking 1981) has r(h) = Γ(1−2d)Γ(h+d)/(Γ(d)Γ(1−d)Γ(h+1−d)). The formula
+    is continued beyond d = ½, where only differences of r exist. At d = ½ the variogram is (2/π) Σ 1/(2k−1) over k = 1
+    … h.
     """
     h = np.arange(count)
     if abs(exponent + 1.0) < 1e-6:
@@ -93,7 +93,7 @@ def power_law_lags(exponent: float, count: int) -> Array:
 
 
 def power_law_allan(exponent: float, m: Array) -> Array:
-    """Array of the Allan variance of noise with the spectrum (2 sin(w/2))^exponent at averaging factors m, shape of m.
+    """Allan variance of noise with the spectrum (2 sin(w/2))^exponent at averaging factors m, shape of m.
 
     It is exact up to m = 1024. Above, it is the sum of the two leading powers of m, fitted at m = 512 and 1024.
     """
@@ -124,10 +124,9 @@ def power_law_allan(exponent: float, m: Array) -> Array:
 @cleared_by_free_buffers
 @lru_cache(maxsize=256)
 def power_law_ends(exponent: float, n: int) -> tuple[float, ...]:
-    """Tuple of the leakage ratios E c_j²/s(w_j) of a power law at the cosine ordinates j = 1 … 64 of n samples.
+    """Leakage ratios E c_j²/s(w_j) of a power law at the cosine ordinates j = 1 … 64 of n samples; cached.
 
-    A ratio is the expected squared ordinate divided by the spectrum; without leakage it is 1. The ratios of n above 2048
-    are taken from n = 2048, with an error of 1e-4. For n below 65 there are n − 1 ratios. Cached.
+    Without leakage a ratio is 1. The ratios of n above 2048 are taken from n = 2048, with an error of 1e-4.
     """
     n = min(n, 2048)
     j = np.arange(1, min(n, 65))
@@ -138,7 +137,7 @@ def power_law_ends(exponent: float, n: int) -> tuple[float, ...]:
 @cleared_by_free_buffers
 @lru_cache(maxsize=4)
 def _cosine_weights(n: int) -> Array:
-    """Array of (n − h) cos(ah) − sin(ah)/sin(a), the weight of lag h in the expected square of cosine ordinate j. Cached.
+    """(n − h) cos(ah) − sin(ah)/sin(a): weights of lags h (columns) in the expected square of ordinates j (rows); cached.
 
     a = πj/n. The rows are j = 1 … 64, or to n − 1 for shorter records; the columns are the lags h = 1 … n − 1.
     """

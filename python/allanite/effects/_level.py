@@ -27,18 +27,14 @@ Switches = tuple[tuple[float, ...], tuple[float, ...]]
 
 
 def interval_switches(when: tuple[float, float] | None, factor: float | None) -> Switches:
-    """Pair of tuples: (start, end) of the interval `when`, s, and (`factor`, 1), the factors on the noise from these times.
-
-    An end before the start is replaced by the start; a `factor` of None or 0 by 1. Both tuples are empty if `when` is None.
-    """
+    """Pair (times, factors): (start, end) of the interval `when`, s, and (`factor`, 1), the factors from these times."""
     return ((), ()) if when is None else ((when[0], max(when)), (factor or 1.0, 1.0))
 
 
 def mean_power(switches: Switches, start: ArrayLike, end: ArrayLike) -> Array:
-    """Array of the mean squared factor on the noise from each `start` to each `end`, s; NaN if both are equal.
+    """Mean squared factor on the noise from each `start` to each `end` (ascending), s; NaN if both are equal.
 
-    `start` and `end` are ascending. `switches` are the times of the level changes, s, and the factor after each; before the
-    first time the factor is 1.
+    `switches` are the times of the level changes, s, and the factor after each; before the first time it is 1.
     """
     both = np.broadcast_arrays(np.asarray(start, dtype=float), np.asarray(end, dtype=float))
     low, high = (one.ravel() for one in both)
@@ -54,12 +50,12 @@ def mean_power(switches: Switches, start: ArrayLike, end: ArrayLike) -> Array:
 def interval_errors(
     when: tuple[float, float] | None, factor: float | None, rate: float
 ) -> dict[str, float]:
-    """Dict of the standard errors of ``start`` and ``end`` (s) and ``factor`` of an interval with another noise level.
+    """Standard errors of ``start`` and ``end`` (s) and ``factor`` of an interval with another noise level.
 
     `rate` is the number of independent samples per second. With n samples in the interval, the error of the factor is
-    factor·√(2.034/2n). Here 2.034 is 7.81/3.84, the ratio of the 95 % quantiles of χ²₃ and χ²₁, because three values are
-    estimated instead of one. A boundary has the 95 % half-width 5.5/4D + 1 samples (Yao 1987, Ann. Statist. 15); the error
-    is this half-width over 1.96. D = −ln ∫√(pq) compares the distributions p and q of a sample on both sides.
+    factor·√(2.034/2n). Here 2.034 is 7.81/3.84, the ratio of the 95 % quantiles of χ²₃ and χ²₁, because three values
+    are estimated instead of one. A boundary has the 95 % half-width 5.5/4D + 1 samples (Yao 1987, Ann. Statist. 15);
+    the error is this half-width over 1.96. D = −ln ∫√(pq) compares the distributions p and q of a sample on both sides.
     """
     ratio, (start, end) = (factor or 1.0) ** 2, when or (0.0, 0.0)
     samples = max(1.0, (end - start) * rate)
@@ -92,10 +88,7 @@ class Level(Modifier):
     def modify(
         self, white: float, rate: float, span: tuple[float, float] | None = None
     ) -> tuple[Term, ...]:
-        """Tuple with one term: white noise of variance `white` times the mean power over `span` (first, last time, s).
-
-        Without `span` the variance is unchanged.
-        """
+        """White noise of variance `white` times the mean power over `span` (first, last time, s), if given."""
         return (White(white if span is None else white * _mean_power_of_record(self, span)),)
 
     def gain(self, time: Array, columns: Columns | None = None) -> Array:
@@ -110,8 +103,5 @@ class Level(Modifier):
 
 @lru_cache(maxsize=64)
 def _mean_power_of_record(level: Level, span: tuple[float, float]) -> float:
-    """Mean of the squared factor of a level change over the `span` (first, last time, s) of a record.
-
-    Cached, because every column of white noise needs it.
-    """
+    """Mean squared factor of a level change over the `span` (s); cached, because every column of white noise needs it."""
     return float(level.mean_power(*span))

@@ -46,10 +46,7 @@ class Limits(Mapping[str, tuple[float, float]]):
         return repr(self._ends)
 
     def reached(self, name: str, value: float) -> float | None:
-        """Limit of parameter `name` that `value` has reached or exceeded; None if the value is between the limits.
-
-        A relative distance of 1e-9 counts as reached. None without limits.
-        """
+        """Limit of parameter `name` that `value` has reached (to a relative 1e-9) or exceeded, or None."""
         low, high = self._ends.get(name, (-math.inf, math.inf))
         if value <= low + LIMIT_TOLERANCE * abs(low):
             return low
@@ -85,15 +82,10 @@ def limitable(parameter: Parameter) -> bool:
 
 
 def limits_of(kind: str, parameters: Sequence[Parameter], given: Any) -> Limits:
-    """Checked `Limits` from user input `given`: a mapping of parameter names to pairs (lower, upper), None for no limit.
+    """Checked `Limits` from user input: a mapping of parameter names to pairs (lower, upper), None for no limit.
 
-    A limit at or beyond an end of the parameter's own range becomes −∞ or ∞. Pairs without a finite limit are omitted.
-
-    Raises
-    ------
-    InputError
-        `given` is no mapping, a pair is not two numbers or None, or the lower limit is not below the upper one. Also if
-        both limits are outside the parameter's range on the same side, or if a parameter cannot have limits.
+    A limit at or beyond an end of the parameter's own range becomes −∞ or ∞. Raises `InputError` unless the lower limit
+    is below the upper one, one of them is within the range, and the parameter can have limits.
     """
     if not isinstance(given, Mapping):
         raise InputError(f"{kind}: limits must be (low, high) by name, found {str(given)[:40]!r}")

@@ -32,11 +32,10 @@ class Moving(Stochastic):
 
 
 def segment_weights(time: Array, span: tuple[float, float], parts: int) -> Array:
-    """Array of the weight of each equal segment of a record at given times, shape (parts, times), for interpolation.
+    """Weight of each of `parts` equal segments of a record at given times, for interpolation; shape (parts, times).
 
-    The weights of a time sum to 1. A segment has weight 1 at its middle, and weights change linearly from one middle to
-    the next. Before the first middle and after the last one, that segment has weight 1. `span` is the first and last time
-    of the record, s; `parts` is the number of segments.
+    A segment has weight 1 at its middle, and weights change linearly from one middle to the next. Before the first
+    middle and after the last one, that segment has weight 1. `span` is the first and last time of the record, s.
     """
     start, end = span
     at = np.clip((time - start) / (end - start) * parts - 0.5, 0.0, parts - 1.0)

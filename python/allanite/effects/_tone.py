@@ -33,9 +33,6 @@ class Tone(Deterministic):
         return np.array([size * np.cos(phase), size * np.sin(phase)])
 
     def with_amplitudes(self, amplitudes: Array) -> Self:
-        """A copy with the amplitude √(a² + b²), U, and the phase atan2(b, a), rad, of a·sin + b·cos.
-
-        `amplitudes` is the array (a, b).
-        """
+        """A copy with the amplitude √(a² + b²), U, and the phase atan2(b, a), rad; a·sin + b·cos has `amplitudes` a, b."""
         a, b = map(float, amplitudes)
         return self.with_values(amplitude=float(np.hypot(a, b)), phase=float(np.arctan2(b, a)))

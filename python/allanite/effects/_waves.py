@@ -27,7 +27,7 @@ def waves(frequency: float, time: Array) -> Array:
 
 
 def sines(lines: Sequence[tuple[float, float, float]], time: Array) -> Array:
-    """Array of the sum of A sin(ωt + φ) over `lines` (ω in rad/s, A, φ in rad) at each time, shape (n,).
+    """Sum of A sin(ωt + φ) over `lines` (ω in rad/s, A, φ in rad) at each time, shape (n,).
 
     At least 16384 evenly spaced times are computed by blocks with sin(a + b): a at the start of a block, b within it.
     """

@@ -73,15 +73,12 @@ class BandLevelChange(Modifier):
     def power_between(
         self, start: Array | float, end: Array | float, span: tuple[float, float]
     ) -> Array:
-        """Array of the mean power of the band from each `start` to each `end`, relative to the mean over `span`.
-
-        Times in s.
-        """
+        """Mean power of the band from each `start` to each `end`, s, relative to the mean over `span`."""
         switches = interval_switches(self.when, self.factor)
         return np.asarray(mean_power(switches, start, end) / mean_power(switches, *span))
 
     def errors(self, rate: float) -> dict[str, float]:
-        """Dict of the standard errors of ``start`` and ``end`` (s) and ``factor``, see `_level.interval_errors`.
+        """Standard errors of ``start`` and ``end`` (s) and ``factor``, see `_level.interval_errors`.
 
         Noise of a band W Hz wide has 2W independent values per second, so `rate` is not used.
         """

@@ -134,19 +134,15 @@ class Bandwidth(Filter):
         return tuple(n for n in super().free_shapes if n != "floor" or self.floor is not None)
 
     def extended(self) -> tuple[Bandwidth, ...]:
-        """Tuple with one copy to which white noise after the filter (`floor`) is added.
-
-        Empty if there is or must be no floor: it has a value, is held, or the filter acts on all noise.
-        """
+        """One copy to which white noise after the filter (`floor`) is added; empty if there is or must be no floor."""
         if self.floor is not None or "floor" in self.held or self.acts_on == "all":
             return ()
         return (self.with_values(floor=START_FLOOR),)
 
     def equal_forms(self) -> tuple[Bandwidth, ...]:
-        """Tuple of filters that act on all random processes instead of the white noise only.
+        """Filters that act on all random processes instead of the white noise only.
 
-        They have the same design, or the two simplest recursive designs if this design is not recursive. Empty if
-        `acts_on` or `floor` is given, or the design is held.
+        They have the same design, or the two simplest recursive designs if this design is not recursive.
         """
         if self.acts_on is not None or self.floor is not None or "design" in self.held:
             return ()
@@ -158,7 +154,7 @@ class Bandwidth(Filter):
         )
 
     def variants(self) -> tuple[Bandwidth, ...]:
-        """Tuple of filters to try, one for each pair (design, order) that agrees with the given values.
+        """Filters to try, one for each pair (design, order) that agrees with the given values.
 
         With a given order, the pairs are all designs of this order, otherwise the 17 pairs `lowpass.TRIED_DESIGNS`. A
         filter that acts on all processes has recursive designs only.
@@ -176,7 +172,7 @@ class Bandwidth(Filter):
         )
 
     def grid(self, name: str, n: int, rate: float) -> Array:
-        """Array of values to try: 24 cutoff frequencies, Hz, or the two ends of the range of `floor`, relative to N.
+        """Values to try: 24 cutoff frequencies, Hz, or the two ends of the range of `floor`, relative to N.
 
         The cutoffs reach from 1/100 of the rate (FIR filters: 0.7/order of the rate, if higher) to the highest cutoff
         with a visible effect on the spectrum (`lowpass.MAX_CUTOFF`).
@@ -192,8 +188,7 @@ class Bandwidth(Filter):
     def search_ends(self, name: str, n: int, rate: float) -> tuple[float, float]:
         """Pair (lowest, highest) value of the shape parameter `name` that a fit of n samples at `rate` Hz may reach.
 
-        They are half the lowest and twice the highest value of `searched`. Only the lowest ``cutoff`` of a moving average
-        may be lower: the cutoff of an average over a tenth of the record, but at least 0.0001 times `rate`.
+        The cutoff of a moving average may be as low as that of an average over a tenth of the record.
         """
         low, high = super().search_ends(name, n, rate)
         if name == "cutoff" and self.design == "moving_average":
@@ -203,11 +198,11 @@ class Bandwidth(Filter):
 
     @classmethod
     def seen_in(cls, power: Array, rate: float) -> tuple[Bandwidth, ...]:
-        """Tuple of moving averages of 1, 2 and 3 stages with the length L that zeros of the spectrum show; empty without.
+        """Moving averages of 1, 2 and 3 stages with the length L that zeros of the spectrum show; empty without.
 
         L is 8 samples to a tenth of the record. It is the lag of the minimum of the cepstrum, the cosine transform of
-        ln `power`: ln sin²(πfL) is −Σ 2 cos(2πfkL)/k. The minimum must be 6.5 standard deviations π/√n deep. This is the
-        noise of the cepstrum for normal ordinates, since ln χ²₁ has the variance π²/2.
+        ln `power`: ln sin²(πfL) is −Σ 2 cos(2πfkL)/k. The minimum must be 6.5 standard deviations π/√n deep. This is
+        the noise of the cepstrum for normal ordinates, since ln χ²₁ has the variance π²/2.
         """
         n = power.size
         lags = np.arange(MIN_MEAN_SAMPLES, int(n / MIN_RECORD_PER_MEAN) + 1)

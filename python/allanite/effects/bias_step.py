@@ -62,10 +62,7 @@ class BiasStep(Event):
     )
 
     def extended(self) -> tuple[Event, ...]:
-        """Tuple with one `Transient`: a jump at the time of the step that decays back to 0; empty without a time.
-
-        The height and the time constant of the transient have no values.
-        """
+        """One `Transient`, a jump at the time of the step that decays back to 0; empty without a time."""
         from allanite.effects.transient import Transient
 
         return () if self.time is None else (Transient(time=self.time),)
@@ -74,10 +71,7 @@ class BiasStep(Event):
     def best_spans(
         cls, residual: Array, root: Array, basis: Array, n: int, rate: float
     ) -> tuple[tuple[Event, float], ...]:
-        """Pair of pairs (effect, angle): best excursion (two opposite steps) and best transition (a ramp to a new level).
-
-        The angle (rad) measures the number of independent trials, see `Deterministic.best_spans`.
-        """
+        """(effect, angle) of the best excursion (two opposite steps) and of the best transition (a ramp to a new level)."""
         return (
             best_excursion(residual, root, basis, n, rate),
             best_transition(residual, root, basis, n, rate),
@@ -86,8 +80,8 @@ class BiasStep(Event):
     def shape_error(self, name: str, variance: float, duration: float) -> float:
         """Standard error 5.6 S/height² of the time of the step, s.
 
-        The density S of the noise follows from the `variance` S·T/(t(T − t)) of the height. The time t counts as at least
-        1 % of the duration T away from the ends of the record.
+        The density S of the noise follows from the `variance` S·T/(t(T − t)) of the height. The time t counts as at
+        least 1 % of the duration T away from the ends of the record.
         """
         t = min(max(self.time or 0.0, 0.01 * duration), 0.99 * duration)
         density = variance * t * (duration - t) / duration
@@ -108,12 +102,11 @@ class BiasStep(Event):
 def best_excursion(
     residual: Array, root: Array, basis: Array, n: int, rate: float
 ) -> tuple[Event, float]:
-    """Pair: best `Excursion`, and the angle by which the whitened ordinates of a step turn as it moves over all times, rad.
+    """Best `Excursion`, and the angle by which the whitened ordinates of a step turn as it moves over all times, rad.
 
-    The angle measures the number of independent trials. The parameters are those of `Deterministic.best_spans`. The best
-    excursion has the largest ½z² − ln(length), with z its height over the standard error: every octave of lengths has the
-    same prior probability. Start and end are multiples of T/(`residual.size` + 1), with T the duration of the record. The
-    length is at least T/1000; the edges of shorter excursions would be less certain than their length.
+    The parameters are those of `Deterministic.best_spans`. The best excursion has the largest ½z² − ln(length), with z
+    its height over the standard error: every octave of lengths has the same prior probability. The length is at least
+    T/1000; the edges of shorter excursions would be less certain than their length.
     """
     from scipy.fft import dct, dst
 
@@ -151,11 +144,10 @@ def best_excursion(
 def best_transition(
     residual: Array, root: Array, basis: Array, n: int, rate: float
 ) -> tuple[Event, float]:
-    """Pair: best `Transition` (ramp to a new level), and the angle by which whitened ordinates turn as its kink moves, rad.
+    """Best `Transition` (ramp to a new level), and the angle by which whitened ordinates turn as its kink moves, rad.
 
-    The angle is the sum over the steps of one kink from each tried time to the next, and measures the number of
-    independent trials. The parameters are those of `Deterministic.best_spans`. The best transition reduces the sum of
-    squares of the residual most. Begin and end are all pairs of at most 1023 equally spaced times.
+    The parameters are those of `Deterministic.best_spans`. The best transition reduces the sum of squares of the
+    residual most. Begin and end are all pairs of at most 1023 equally spaced times.
     """
     from scipy.fft import dct
 
@@ -170,10 +162,7 @@ def best_transition(
     m = np.arange(every, places, every)
 
     def cosine_sums(values: Array) -> Array:
-        """Array of the sums Σ_j values_j cos(πjm/K) over j = 1 … K − 1, for m = 0, 1, …, K, for each column of `values`.
-
-        K − 1 is the number of rows of `values`. The shape is (K + 1, columns).
-        """
+        """Sums Σ_j values_j cos(πjm/K) over j = 1 … K − 1 of each column, for m = 0, 1, …, K; shape (K + 1, columns)."""
         padded = np.zeros((places + 1, values.shape[1]))
         padded[1:places] = values
         return np.asarray(0.5 * dct(padded, type=1, axis=0))

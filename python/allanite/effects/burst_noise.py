@@ -63,9 +63,9 @@ class BurstNoise(Stochastic):
 
     @classmethod
     def like(cls, other: Effect, **values: Any) -> Self | None:
-        """Burst noise with the spectrum of the Gauss-Markov process `other`: levels ±σ, mean dwell time 2T.
+        """Burst noise with the spectrum of the Gauss-Markov process `other`: levels ±σ, mean dwell time 2T; else None.
 
-        None if `other` is another kind of effect, or if any `values` are given.
+        Takes no `values`.
         """
         if values or not isinstance(other, GaussMarkov):
             return None

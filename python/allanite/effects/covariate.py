@@ -84,19 +84,12 @@ class Covariate(Follower):
         return tuple(e.with_values(**form) for e in plain for form in forms)
 
     def grid(self, name: str, n: int, rate: float) -> Array:
-        """Array of 13 time constants of the low-pass on the column, s: 0, and 12 values up to 1/10 of the record.
-
-        The smallest of them is two samples or 1/2000 of the record, the larger of both.
-        """
+        """13 time constants of the low-pass on the column, s: 0, and 12 values up to 1/10 of the record."""
         return np.concatenate([[0.0], np.geomspace(max(2.0, n / 2000.0), n / 10.0, 12)]) / rate
 
     @property
     def column_powers(self) -> tuple[int, ...]:
-        """Tuple of one exponent for each amplitude: (1,), (1, 2), (1, 3) or (1, 2, 3).
-
-        Each amplitude is the coefficient of the column raised to its exponent. The exponents 2 and 3 are present if the
-        quadratic and the cubic coefficient have values.
-        """
+        """One exponent for each amplitude: (1,), (1, 2), (1, 3) or (1, 2, 3)."""
         return tuple(_POWERS[name] for name in self._fitted_names())
 
     def sums_of_lagged(self) -> tuple[tuple[tuple[float, LaggedColumn], ...], ...]:

@@ -57,10 +57,7 @@ class Disturbance(Modifier):
         return self.when or ()
 
     def missing(self, n: int, rate: float) -> NDArray[np.bool_]:
-        """Boolean mask of n samples: True within the segment, both ends included; all False without values.
-
-        Ends outside the record are moved to its first or last sample.
-        """
+        """Mask of n samples at `rate` Hz: True within the segment, both ends included; all False without values."""
         mask = np.zeros(n, dtype=bool)
         if self.when is not None:
             first, last = (round(min(max(t * rate, 0.0), n - 1.0)) for t in self.when)

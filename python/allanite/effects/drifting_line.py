@@ -46,7 +46,7 @@ class DriftingLine(Tone):
     rivals = ("sinusoid", "resonance")
 
     def grid(self, name: str, n: int, rate: float) -> Array:
-        """Array of values of the parameter `name` to try: 18 drifts, Hz/s, or frequencies, Hz, as in `Effect.grid`.
+        """Values of the parameter `name` to try: 18 drifts, Hz/s, or frequencies, Hz, as in `Effect.grid`.
 
         The drifts are logarithmically spaced, from 1/T² to 256/T² and from −256/T² to −1/T², with T the duration of the
         record.

@@ -88,7 +88,7 @@ class DriftingResonance(Moving):
     def like(cls, other: Effect, **values: Any) -> Self | None:
         """Drifting resonance with the rms and half-power width of `other` and the frequencies ``course`` (Hz) of `values`.
 
-        None if `other` is neither exactly a `Resonance` nor a `WanderingLine`, or if `values` have other names.
+        None if `other` is neither exactly a `Resonance` nor a `WanderingLine`.
         """
         if values.keys() != {"course"}:
             return None
@@ -131,10 +131,7 @@ class DriftingResonance(Moving):
 
     @property
     def occupies(self) -> tuple[float, float] | None:
-        """Pair (low, high), Hz: f_min (1 − ζ) and f_max (1 + ζ) for damping ζ and the frequencies of the course.
-
-        None without values.
-        """
+        """Pair (low, high), Hz: f_min (1 − ζ) and f_max (1 + ζ) for damping ζ and the course f, or None."""
         if not self.course or self.damping is None:
             return None
         return min(self.course) * (1.0 - self.damping), max(self.course) * (1.0 + self.damping)

@@ -53,8 +53,8 @@ class Excursion(Away):
     def shape_error(self, name: str, variance: float, duration: float) -> float:
         """Standard error 5.6 S/height² of the start or the end, s.
 
-        The density S of the noise follows from the `variance` S·T/(l(T − l)) of the height of an excursion of length l in a
-        record of `duration` T. The length counts as at least 0.1 % and at most 99.9 % of T.
+        The density S of the noise follows from the `variance` S·T/(l(T − l)) of the height of an excursion of length l
+        in a record of `duration` T. The length counts as at least 0.1 % and at most 99.9 % of T.
         """
         assert self.start is not None
         assert self.end is not None
@@ -71,10 +71,7 @@ class Excursion(Away):
     def regressor_ordinates(
         cls, points: Sequence[Self], j: NDArray[np.int64], n: int, rate: float, start: float
     ) -> Array:
-        """Array of cosine-transform coefficients j of each excursion: a step at its start minus one at its end.
-
-        The shape is (points, ordinates).
-        """
+        """Cosine-transform coefficients j, shape (points, ordinates): a step at the start minus one at the end."""
         edges = np.array([(p.start or 0.0, p.end or 0.0) for p in points])
         known, place = np.unique(edges, return_inverse=True)  # many points share an edge
         steps = step_ordinates(known, j, n, rate, start)

@@ -92,9 +92,8 @@ class Excursions(Away):
     def together(cls, events: Sequence[Deterministic]) -> Self | None:
         """One effect with all excursions of `events`, in order of time; never None.
 
-        Where excursions overlap, their heights are added, so that the new excursions do not overlap. Segments with a sum
-        near 0 are left out: a long excursion and an opposite one inside it become two excursions. If no segment is left,
-        the excursions are kept as they are.
+        Where excursions overlap, their heights are added, so that the new excursions do not overlap. Segments with a
+        sum near 0 are left out: a long excursion and an opposite one inside it become two excursions.
         """
         alone = sorted(
             (one.values["start"], one.values["end"], one.values["height"])
@@ -156,10 +155,6 @@ class Excursions(Away):
     def regressor_ordinates(
         cls, points: Sequence[Self], j: NDArray[np.int64], n: int, rate: float, start: float
     ) -> Array:
-        """Array of the cosine-transform coefficients `j` of every single excursion at height 1.
-
-        Its shape is (excursions, ordinates). Each of the `points` is an effect with several excursions. The rows are the
-        excursions of the first of the `points`, then those of the second, and so on.
-        """
+        """Cosine-transform coefficients `j` of every excursion of the first of the `points`, the second, …, at height 1."""
         alone = [one for point in points for one in point.singly]
         return Excursion.regressor_ordinates(alone, j, n, rate, start)

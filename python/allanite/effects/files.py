@@ -49,13 +49,7 @@ def held_and_limits(effect: Effect) -> dict[str, Any]:
 
 
 def model_from_dict(document: dict[str, Any], source: str) -> Model:
-    """`Model` in a model, fit or check document; `source` names the document in messages.
-
-    Raises
-    ------
-    InputError
-        Several columns, another schema, an unknown effect, no effects, or an invalid format.
-    """
+    """`Model` in a model, fit or check document; `source` names the document in messages of `InputError`."""
     if "columns" in document:
         raise InputError(
             f"{source} contains models of several columns, but one is needed; save that model separately"
@@ -74,10 +68,7 @@ def model_from_dict(document: dict[str, Any], source: str) -> Model:
 
 
 def _effect_of_entry(entry: dict[str, Any], source: str) -> Effect:
-    """`Effect` of a JSON entry; InputError if its kind is unknown.
-
-    Names at a limit (``at_limit``), derived parameters and unknown parameters are ignored.
-    """
+    """`Effect` of a JSON entry; InputError if its kind is unknown. Derived and unknown parameters are ignored."""
     cls = find(str(entry.get("kind")))
     if cls is None:
         raise InputError(f"{source}: unknown effect {entry.get('kind')!r}")
@@ -125,22 +116,13 @@ def parse_model(text: str | Model) -> Model:
 
 
 def save_model(model: Model, path: str | Path, recording: Mapping[str, Any] | None = None) -> None:
-    """Write a model to `path` as JSON (schema ``allanite/model/1``).
-
-    `recording` holds the ``unit`` and ``rate_hz`` of its samples, which exports read.
-    """
+    """Write a model as JSON; `recording` has the ``unit`` and ``rate_hz`` of its samples, which exports read."""
     document = model_to_dict(model) | ({} if recording is None else {"recording": dict(recording)})
     write_text(path, json.dumps(document, indent=1) + "\n")
 
 
 def as_model(given: object) -> Model:
-    """`Model` from a `Model`, an effect, a model string, the path of a JSON file, or an object with a `model` (a fit).
-
-    Raises
-    ------
-    InputError
-        An object of another type, an invalid string or an invalid file.
-    """
+    """`Model` from a `Model`, an effect, a model string, the path of a JSON file, or an object with a `model` (a fit)."""
     given = getattr(given, "model", given)
     if isinstance(given, Effect):
         return Model((given,))
@@ -152,13 +134,7 @@ def as_model(given: object) -> Model:
 
 
 def as_noise_model(given: object) -> Model:
-    """`Model` as by `as_model`, which contains random effects only.
-
-    Raises
-    ------
-    InputError
-        The model has known functions of time, filters or other modifiers.
-    """
+    """`Model` as by `as_model`; raises `InputError` unless it contains random effects only."""
     model = as_model(given)
     if model.deterministic or model.modifiers:
         raise InputError(

@@ -74,17 +74,14 @@ class HighPass(Filter):
         return tuple(self.with_values(order=float(o)) for o in ORDERS if self.order in (None, o))
 
     def grid(self, name: str, n: int, rate: float) -> Array:
-        """Array of cutoffs to try, Hz, about eight per decade and at least six, up to a quarter of the rate.
-
-        The lowest is 4/T, with T the duration of the record, but at most a tenth of the rate.
-        """
+        """Cutoffs to try, Hz, about eight per decade, from 4/T (T: duration of the record) to a quarter of the rate."""
         return log_grid(min(4.0 / n, 0.1) * rate, 0.25 * rate, at_least=6)
 
     def shows(self, model: Model, rate: float, duration: float) -> bool:
         """True if the lowest density below half the cutoff is under half of the median density above twice the cutoff.
 
-        Otherwise a Gauss-Markov process fits as well. False for a cutoff above 1/8 of the rate, where quantization noise
-        has the same spectrum.
+        Otherwise a Gauss-Markov process fits as well. False for a cutoff above 1/8 of the rate, where quantization
+        noise has the same spectrum.
         """
         cutoff = self.cutoff or rate
         if cutoff > MAX_VISIBLE_CUTOFF * rate:
@@ -97,10 +94,7 @@ class HighPass(Filter):
         )
 
     def response(self, rate: float) -> Response:
-        """`Response` of the Butterworth high-pass (bilinear transform) at sampling rate `rate`, Hz.
-
-        The cutoff is at most 0.49 of the rate. Without values, it is 1 % of the rate and the order is 1.
-        """
+        """`Response` of the Butterworth high-pass (bilinear transform) at sampling rate `rate`, Hz."""
         k = np.tan(np.pi * min((self.cutoff or 0.01 * rate) / rate, 0.49))
         if int(self.order or 1) == 1:
             p = (1.0 - k) / (1.0 + k)

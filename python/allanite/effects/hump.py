@@ -61,9 +61,9 @@ class Hump(Event):
         return self.time - 2.0 * self.width, self.time + 2.0 * self.width
 
     def grid(self, name: str, n: int, rate: float) -> Array:
-        """Array of values to try, s: five widths from 1/128 to 1/11 of the record, or times one width apart.
+        """Values to try, s: five widths from 1/128 to 1/11 of the record, or times one width apart.
 
-        The times are at least two widths from both ends: a hump begins and ends in the record. Without a width, 1021 times.
+        The times are at least two widths from both ends: a hump begins and ends in the record.
         """
         duration = n / rate
         if name != "time":
@@ -80,10 +80,11 @@ class Hump(Event):
     def regressor_ordinates(
         cls, points: Sequence[Self], j: NDArray[np.int64], n: int, rate: float, start: float
     ) -> Array:
-        """Array of cosine-transform coefficients j of the hump of each of the `points`, shape (points, ordinates).
+        """Cosine-transform coefficients j of the hump of each of the `points`, shape (points, ordinates).
 
-        With w and t0 in samples they are √(2/n) w√(2π) exp(−(πjw/n)²/2) cos(πj(t0 + ½)/n) for a hump that begins and ends
-        in the record. The sum over the samples equals the integral unless w is below a sample. Others are transformed.
+        With w and t0 in samples they are √(2/n) w√(2π) exp(−(πjw/n)²/2) cos(πj(t0 + ½)/n) for a hump that begins and
+        ends in the record. The sum over the samples equals the integral unless w is below a sample. Others are
+        transformed.
         """
         from scipy.fft import dct
 

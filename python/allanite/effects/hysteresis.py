@@ -64,10 +64,7 @@ class Hysteresis(Follower):
 
     @classmethod
     def candidates(cls, model: Model, columns: Columns) -> tuple[Self, ...]:
-        """Tuple with one effect for each candidate column, whose attribute `reach` is the range of widths to try.
-
-        Columns whose 1 % and 99 % quantiles are equal are omitted.
-        """
+        """One effect for each candidate column, whose attribute `reach` is the range of widths to try."""
         out = []
         for effect in super().candidates(model, columns):
             low, high = np.quantile(columns[str(effect.column)], (0.01, 0.99))
@@ -77,9 +74,10 @@ class Hysteresis(Follower):
         return tuple(out)
 
     def grid(self, name: str, n: int, rate: float) -> Array:
-        """Array of hysteresis half-widths to try, in the unit of the column, 8 per decade over the range `reach`.
+        """Hysteresis half-widths to try, in the unit of the column, 8 per decade over the range `reach`.
 
-        `reach` is W/16 to W/2.2 for a column of range W, since a smaller width is not visible. Without it: 0.001 to 1000.
+        `reach` is W/16 to W/2.2 for a column with 98 % of its values in a range W, since a smaller width is not
+        visible.
         """
         low, high = self.reach or (1e-3, 1e3)
         return np.geomspace(low, high, 1 + round(8.0 * np.log10(high / low)))
@@ -95,10 +93,7 @@ class Hysteresis(Follower):
         return 2.0 * (self.coefficient or 0.0) * (self.width or 0.0)
 
     def regressors(self, time: Array, covariates: Columns) -> Array:
-        """Array of the followed column after the hysteresis (play) operator of half-width `width`, shape (n, 1).
-
-        The mean of the column is subtracted before. Each joined log is processed on its own. A `width` of None counts as 0.
-        """
+        """The followed column minus its mean after the hysteresis (play) operator of half-width `width`, shape (n, 1)."""
         column = followed_column(self, covariates)
         column = column - column.mean()
         return by_run(column, self.starts, lambda run: play(run, self.width or 0.0))[:, None]

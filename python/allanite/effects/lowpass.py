@@ -78,10 +78,7 @@ TAPS_PER_SAMPLE = 4
 @cleared_by_free_buffers
 @lru_cache(maxsize=8192)
 def terms(design: str, order: int, cutoff: float) -> tuple[Term, ...]:
-    """Tuple of the terms of white noise after a low-pass, with spectrum 1 at frequency zero. Cached.
-
-    The cutoff is in cycles per sample. For the designs and orders see `DESIGNS`.
-    """
+    """Terms of white noise after a low-pass (see `DESIGNS`), with spectrum 1 at frequency zero; cached."""
     if design in {"moving_average", "fir"}:
         if design == "moving_average" and order == 1:
             length = max(1.0, MEAN_CUTOFFS[1] / _clipped_cutoff(cutoff))
@@ -102,7 +99,7 @@ def terms(design: str, order: int, cutoff: float) -> tuple[Term, ...]:
 
 
 def generators(design: str, order: int, cutoff: float, white: float) -> Generators:
-    """List of (name, parameters) of generators of the compiled core whose outputs add up to low-pass filtered white noise.
+    """Generators (name, parameters) of the compiled core whose outputs add up to low-pass filtered white noise.
 
     `white` is the variance of a sample before the filter. A recursive design is one generator. A moving average of one
     stage with a fractional length is the sum of two, and other finite filters are the sum of several.
@@ -156,7 +153,7 @@ def _butterworth_poles(order: int) -> Poles:
 
 
 def _sampled_terms(order: int, cutoff: float) -> tuple[Term, ...]:
-    """Tuple of the terms of white noise after a continuous Butterworth low-pass, sampled (with aliases); not normalized.
+    """Terms of white noise after a continuous Butterworth low-pass, sampled (with aliases); not normalized.
 
     The weights are residues of H(s)H(−s). A conjugate pair of poles is one term with twice the weight.
     """
@@ -171,10 +168,7 @@ def _sampled_terms(order: int, cutoff: float) -> tuple[Term, ...]:
 
 
 def _digital_poles(design: str, order: int, cutoff: float) -> Poles:
-    """Array of the poles of a digital, cascaded or smoothed design; the `cutoff` in cycles per sample is limited to 0.499.
-
-    Equal poles are moved slightly apart (`POLE_SEPARATION`), so that all poles differ.
-    """
+    """Poles of a digital, cascaded or smoothed design, equal ones moved slightly apart (`POLE_SEPARATION`)."""
     f = min(cutoff, 0.499)
     if design == "digital":
         # Avoid a cutoff of a quarter of the rate, where odd orders have a pole at zero.
@@ -196,11 +190,7 @@ def _digital_poles(design: str, order: int, cutoff: float) -> Poles:
 
 
 def _sampled_zeros(order: int, cutoff: float, poles: Poles) -> Poles:
-    """Array of the zeros of a digital filter whose spectrum is that of a sampled continuous Butterworth low-pass.
-
-    There are `order` zeros, the last one 0; all are inside the unit circle. `poles` are the poles of the digital filter,
-    `cutoff` is in cycles per sample.
-    """
+    """Zeros, inside the unit circle, of a digital filter with the spectrum of a sampled continuous Butterworth low-pass."""
     if order == 1:
         return np.zeros(1, dtype=complex)
     from scipy.special import zeta
@@ -224,9 +214,9 @@ def _sampled_zeros(order: int, cutoff: float, poles: Poles) -> Poles:
 @cleared_by_free_buffers
 @lru_cache(maxsize=4096)
 def _polyphase_taps(design: str, order: int, cutoff: float) -> tuple[Array, ...]:
-    """Tuple of four arrays: the polyphase components of the impulse response of an FIR low-pass at four times the rate.
+    """Polyphase components of the impulse response of an FIR low-pass at four times the rate; cached.
 
-    Component i has the values i, i + 4, i + 8, …; all have the same length. `cutoff` in cycles per sample. Cached.
+    Component i has the values i, i + 4, i + 8, …; all four have the same length.
     """
     if design == "moving_average":
         length = MEAN_CUTOFFS[order] / cutoff

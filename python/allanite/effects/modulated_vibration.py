@@ -74,11 +74,9 @@ class ModulatedVibration(Resonance):
 
     @classmethod
     def like(cls, other: Effect, **values: Any) -> Self | None:
-        """Modulated vibration whose carrier is the resonance `other`: the same frequency, damping, power and limits.
+        """Modulated vibration whose carrier is the resonance or wandering line `other`: the same band, power and limits.
 
-        For a wandering line `other`, the carrier is the resonance with its power and half-power band. `values` are the
-        ``modulation`` (Hz) and the ``depth``. None if their names differ, if `other` is neither a resonance nor a wandering
-        line, or if it is a modulated vibration itself.
+        `values` are the ``modulation`` (Hz) and the ``depth``. None for other `values` or another kind of `other`.
         """
         if isinstance(other, WanderingLine):
             other = other.as_resonance()
@@ -102,20 +100,14 @@ class ModulatedVibration(Resonance):
 
     @property
     def peaks(self) -> tuple[tuple[float, float], ...]:
-        """Tuple of the limits (low, high), Hz, of the carrier, the lower and the upper sideband, which are equally wide.
-
-        Without a modulation frequency, only the carrier; empty without a frequency.
-        """
+        """Limits (low, high), Hz, of the carrier, the lower and the upper sideband, which are equally wide."""
         if self.occupies is None or self.modulation is None:
             return super().peaks
         low, high = self.occupies
         return tuple((low + s, high + s) for s in (0.0, -self.modulation, self.modulation))
 
     def unit_terms(self, rate: float) -> tuple[Term, ...]:
-        """Tuple of three exponentials, for the carrier and two sidebands, with total variance 1.
-
-        Without frequency, damping or modulation frequency it is the one exponential of a resonance.
-        """
+        """Three exponentials, for the carrier and two sidebands, with total variance 1; without values as a resonance."""
         part = 0.25 * (self.depth or 0.0) ** 2
         shares = [one / (1.0 + 2.0 * part) for one in (1.0, part, part)]
         if self.occupies is None or self.modulation is None:

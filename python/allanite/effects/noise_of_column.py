@@ -88,21 +88,13 @@ class NoiseOfColumn(Level):
         return (White(white),)
 
     def gain(self, time: Array, columns: Columns | None = None) -> Array:
-        """Array of e^{coefficient·(u − reference)} at each time, shape (n,), with u the column in `columns`.
+        """e^{coefficient·(u − reference)} at each time, shape (n,), with u the column in `columns`.
 
-        The exponent is clipped to ±50. A coefficient or reference without a value counts as 0.
-
-        Raises
-        ------
-        InputError
-            The effect names no column, or the recording has no such column.
+        The exponent is clipped to ±50. Raises `InputError` without such a column.
         """
         values = followed_column(self, columns) - (self.reference or 0.0)
         return np.asarray(np.exp(np.clip((self.coefficient or 0.0) * values, -50.0, 50.0)))
 
     def mean_power(self, start: ArrayLike, end: ArrayLike, columns: Columns | None = None) -> Array:
-        """Array of the squared `gain` in time segments, at the mean column value of each segment.
-
-        `columns` are the mean values in the segments, by name of the column. `start` and `end` are not used.
-        """
+        """Squared `gain` at the mean column value of each time segment in `columns`; `start` and `end` are not used."""
         return self.gain(np.asarray(start, dtype=float), columns) ** 2

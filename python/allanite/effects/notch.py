@@ -80,11 +80,10 @@ class Notch(Filter):
     rivals = ("resonance", "bandwidth")
 
     def grid(self, name: str, n: int, rate: float) -> Array:
-        """Array of values to try for the parameter `name`: frequencies (Hz), qualities, or amplitude gains at the center.
+        """Values to try for the parameter `name`: frequencies (Hz), qualities, or amplitude gains at the center.
 
-        There are three qualities and two gains. Frequencies are about 10 % apart and at least four, up to 0.48 of the rate.
-        The lowest is the higher of 1/200 of the rate and 100/T, with T the duration of the record, but at most 0.4 of the
-        rate.
+        Frequencies are about 10 % apart, up to 0.48 of the rate. The lowest is the higher of 1/200 of the rate and
+        100/T, with T the duration of the record.
         """
         if name != "frequency":
             return np.array(TRIED_QUALITIES if name == "quality" else TRIED_AMPLITUDES_LEFT)
@@ -99,18 +98,12 @@ class Notch(Filter):
         return self.frequency - half, self.frequency + half
 
     def shows(self, model: Model, rate: float, duration: float) -> bool:
-        """True if the upper half of the notch, where the density rises again, lies below Nyquist.
-
-        Otherwise it is a low-pass.
-        """
+        """True if the upper half of the notch, where the density rises again, lies below Nyquist; else it is a low-pass."""
         beyond = self.occupies
         return beyond is not None and 0.5 * ((self.frequency or 0.0) + beyond[1]) < 0.5 * rate
 
     def response(self, rate: float) -> Response:
-        """`Response` (gain, zeros, poles) of the notch at sampling rate `rate`, Hz; its gain is 1 at frequency zero.
-
-        Without a frequency it is 0.1 of the rate, without a quality 1. The frequency is at most 0.4999 of the rate.
-        """
+        """`Response` (gain, zeros, poles) of the notch at sampling rate `rate`, Hz; its gain is 1 at frequency zero."""
         w = 2.0 * np.pi * min((self.frequency or 0.1 * rate) / rate, 0.4999)
         # The argument of the tangent is limited below π/2, to the widest possible notch.
         g = 1.0 / (1.0 + np.tan(min(0.5 * w / (self.quality or 1.0), 1.55)))

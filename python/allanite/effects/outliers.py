@@ -59,10 +59,7 @@ class Outliers(Modifier):
         return self.times or ()
 
     def missing(self, n: int, rate: float) -> NDArray[np.bool_]:
-        """Boolean mask of n samples at `rate` Hz: True for the sample nearest to each of `times`.
-
-        Times outside the record are ignored.
-        """
+        """Mask of n samples at `rate` Hz: True for the sample nearest to each of `times` within the record."""
         mask = np.zeros(n, dtype=bool)
         if self.times:
             index = np.round(np.asarray(self.times) * rate).astype(np.int64)

@@ -55,10 +55,7 @@ class PeriodicNoiseLevel(Level):
         return np.where(phase - np.floor(phase) < self.share, self.factor, 1.0)
 
     def mean_power(self, start: ArrayLike, end: ArrayLike, columns: Columns | None = None) -> Array:
-        """Array of the mean squared gain of each time segment: 1 + (factor² − 1) times its loud fraction.
-
-        Ones if a value of the effect is missing.
-        """
+        """Mean squared gain of each time segment: 1 + (factor² − 1) times its loud fraction; 1 without values."""
         low, high = np.asarray(start, dtype=float), np.asarray(end, dtype=float)
         if self.period is None or self.share is None or self.factor is None:
             return np.ones(low.shape)

@@ -52,20 +52,14 @@ class RateOfChange(Follower):
     refined = True
 
     def grid(self, name: str, n: int, rate: float) -> Array:
-        """Array of 8 time constants of the low-pass on the column, s, from 1/1000 to 1/20 of the record.
+        """8 time constants of the low-pass on the column, s, from 1/1000 to 1/20 of the record.
 
-        The first is at least 2 samples, the last at least 4. With a longer one the effect resembles the column itself.
+        With a longer one the effect resembles the column itself.
         """
         return np.geomspace(max(2.0, n / 1000.0), max(4.0, n / 20.0), 8) / rate
 
     def sums_of_lagged(self) -> tuple[tuple[tuple[float, LaggedColumn], ...], ...]:
-        """Tuple with one sum of two pairs: (column − low-passed column)/lag, the slope of the low-passed column, unit/s.
-
-        Raises
-        ------
-        InputError
-            The lag (the time constant of the low-pass) has no value.
-        """
+        """One sum of two pairs: (column − low-passed column)/lag, the slope of the low-passed column, unit/s."""
         if not self.lag:
             raise InputError(
                 "rate_of_change: lag has no value; write DOT(column=NAME, lag=SECONDS)"

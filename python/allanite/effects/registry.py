@@ -59,10 +59,7 @@ class Catalog:
         return _class_named(name, self._effects[: self._built_in]) or _class_named(name, list(self))
 
     def add(self, effect: type[Effect]) -> None:
-        """Add an effect class at the end, and remove an earlier class of the same module and name; errors as in `register`.
-
-        Nothing changes if this very class is present already.
-        """
+        """Add an effect class at the end, in place of one of the same module and name; errors as in `register`."""
         _require_declarations(effect)
         with self._lock:
             if effect in self._effects:

@@ -80,11 +80,10 @@ class Resonance(Stochastic):
     rivals: ClassVar[tuple[str, ...]] = ("sinusoid", "gauss_markov", "bandwidth", "quantization")
 
     def grid(self, name: str, n: int, rate: float) -> Array:
-        """Array of values of the parameter `name` to try: four damping ratios from 0.01 to 0.35, or frequencies, Hz.
+        """Values of the parameter `name` to try: four damping ratios from 0.01 to 0.35, or frequencies, Hz.
 
-        Frequencies run from 20/T (T: duration of the record) to 0.48 of the rate, at least four. They are about 10 % apart.
-        If the damping has a value below 0.077, they are 1.3 times the damping apart, at least 2.5 %, so that no peak is
-        missed.
+        Frequencies run from 20/T (T: duration of the record) to 0.48 of the rate, about 10 % apart. If the damping has
+        a value below 0.077, they are 1.3 times the damping apart, at least 2.5 %, so that no peak is missed.
         """
         if name == "damping":
             return np.array([0.01, 0.03, 0.1, 0.35])
@@ -94,10 +93,7 @@ class Resonance(Stochastic):
 
     @property
     def occupies(self) -> tuple[float, float] | None:
-        """Pair (low, high), Hz: the band within one half-width ζf of the frequency, which has half of the power.
-
-        None without values.
-        """
+        """Pair (low, high), Hz: the band within one half-width ζf of the frequency, with half of the power; or None."""
         if self.frequency is None or self.damping is None:
             return None
         half = self.damping * self.frequency
@@ -127,21 +123,14 @@ class Resonance(Stochastic):
         return "line with wandering phase" if narrow else super().name_for(kind)
 
     def unit_terms(self, rate: float) -> tuple[Term, ...]:
-        """Tuple with one term: a complex exponential with variance 1.
-
-        Without values the frequency is 1 Hz and the damping 0.1.
-        """
+        """One complex exponential with variance 1; without values the frequency is 1 Hz and the damping 0.1."""
         return oscillations([self.frequency or 1.0], self.damping or 0.1, rate)
 
 
 def oscillations(
     frequencies: Sequence[float], damping: float, rate: float, variance: float = 1.0
 ) -> tuple[Term, ...]:
-    """Tuple with one term for each of the `frequencies` (natural, Hz): a damped oscillation of this `variance`.
-
-    Each term is a complex exponential autocovariance (`Exponential`) of a resonance with damping ratio `damping`, sampled
-    at `rate` Hz.
-    """
+    """Damped oscillation (`Exponential`) of this `variance` and damping ratio for each natural frequency, Hz."""
     root = math.sqrt(1.0 - damping**2)
     turn = complex(-damping, root) * 2.0 * math.pi / rate
     a = complex(variance, -variance * damping / root)

@@ -51,11 +51,10 @@ def in_figure_unit(deviation: Deviation) -> Deviation:
 
 
 def units_of_sheets(parameter: Parameter) -> Mapping[str, str]:
-    """Mapping from the kind of sensor to the unit in which data sheets state the coefficient `parameter`.
+    """Unit by kind of sensor in which data sheets state the coefficient `parameter`; empty if there is none.
 
-    It is the mapping that the parameter declares. Otherwise it is the mapping of the coefficient among Q, N, B, K and R
-    with the same power of seconds: an amplitude is in °/h like B. Empty if there is none, or if the unit of `parameter`
-    does not depend on the unit of the samples.
+    It is the one that the parameter declares, or that of the coefficient among Q, N, B, K and R with the same power of
+    seconds: an amplitude is in °/h like B.
     """
     if not isinstance(parameter.unit, float):
         return {}
@@ -64,11 +63,7 @@ def units_of_sheets(parameter: Parameter) -> Mapping[str, str]:
 
 
 def sheet_unit(parameter: Parameter, sample: str) -> str:
-    """Unit of a parameter as in data sheets, for tables and figures; `sample` is the unit of the samples.
-
-    For gyroscopes, N is in °/√h and B in °/h, for example, unless another unit was requested. A unit that does not
-    depend on the samples, such as Hz, is returned unchanged.
-    """
+    """Unit of a parameter as in data sheets, such as °/√h for N, or as requested; `sample` is the unit of the samples."""
     power = parameter.unit
     if not isinstance(power, float):
         return power
@@ -78,9 +73,8 @@ def sheet_unit(parameter: Parameter, sample: str) -> str:
 def in_sheet_unit(value: Estimate, parameter: Parameter) -> Estimate:
     """`Estimate` of a fitted `parameter`, converted to the unit in which tables and figures show it.
 
-    A coefficient gets its unit in data sheets (`sheet_unit`). A change per unit of a logged column is in °/s or mg, or in
-    the requested unit, per unit of the column. Any other estimate is returned unchanged, as is a change whose unit is
-    unknown.
+    A coefficient gets its unit in data sheets (`sheet_unit`). A change per unit of a logged column is in °/s or mg, or
+    in the requested unit, per unit of the column. Any other estimate is returned unchanged.
     """
     if isinstance(parameter.unit, float):
         sample = value.unit.removesuffix(coefficient_unit("", parameter.unit))

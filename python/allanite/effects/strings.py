@@ -44,10 +44,7 @@ class _Reader:
         )
 
     def take(self, pattern: str) -> str | None:
-        """Next text after white space, consumed, if it matches a regular expression; otherwise None.
-
-        The white space is consumed in any case.
-        """
+        """Next text after white space, consumed, if it matches a regular expression; otherwise None."""
         match = re.compile(rf"\s*({pattern})?").match(self.text, self.at)
         assert match is not None
         self.at = match.end()
@@ -65,10 +62,7 @@ class _Reader:
         return self.take(f"(?={re.escape(sign)})") is not None
 
     def take_limits(self) -> tuple[float | None, float | None] | None:
-        """Pair (low, high) from limits ``[low,high]``, consumed, with None for a missing end; None without limits.
-
-        InputError for another syntax.
-        """
+        """Pair (low, high) from limits ``[low,high]``, consumed, with None for a missing end; None without limits."""
         if self.take(r"\[") is None:
             return None
         low = None if self.is_next(",") else self.take_number()
@@ -93,11 +87,10 @@ class _Reader:
         return self.text[start : self.at].strip()
 
     def take_factor(self, parameter: Parameter, place: int) -> float:
-        """Factor from the unit at the present position to the unit of `parameter`; the position moves behind the unit.
+        """Factor from the unit at the present position, which is consumed, to the unit of `parameter`; 1 without a unit.
 
-        Without a unit the factor is 1. A coefficient, whose unit depends on the unit of the samples, also changes
-        attributes of the reader. With a unit, `unit` becomes the unit of the samples, and `has_units` becomes True. Without
-        a unit, `bare` becomes its name and position `place`, unless `bare` is set. InputError for a unit that does not fit.
+        A coefficient with a unit sets `unit`, the unit of the samples, and `has_units`. One without a unit sets `bare`
+        to its name and position `place`, unless `bare` is set.
         """
         start = self.at
         own = self.take_unit()
@@ -126,14 +119,7 @@ class _Reader:
 
 
 def parse_string(text: str) -> Model:
-    """`Model` of a model string whose values have no units.
-
-    Raises
-    ------
-    InputError
-        Unknown effect or parameter, or invalid syntax; the message points at the character. Also for values with
-        units.
-    """
+    """`Model` of a model string whose values have no units; raises `InputError` that points at the wrong character."""
     model, own = parse_with_units(text)
     if own is not None:
         raise InputError(
@@ -145,25 +131,11 @@ def parse_string(text: str) -> Model:
 
 
 def parse_with_units(text: str, unit: str | None = None) -> tuple[Model, str | None]:
-    """Pair: model of a model string, and the unit of the samples to which its coefficients refer.
+    """Model of a model string, and the unit of the samples to which its coefficients refer, or None if unknown.
 
-    Parameters
-    ----------
-    text : str
-        A model string. Values may have units: ``N(N=0.3 deg/sqrt(h))+GM(T=10 min)``.
-    unit : str, optional
-        Unit of the samples. Without it, coefficients with units are converted to the SI unit of their kind of sensor.
-
-    Returns
-    -------
-    model : Model
-    unit : str or None
-        `unit`, or the SI unit (``rad/s``, ``m/s^2``, ``1``); None if neither is known.
-
-    Raises
-    ------
-    InputError
-        See `parse_string`; also for units of two kinds of sensor, or if only some coefficients have a unit.
+    Values may have units: ``N(N=0.3 deg/sqrt(h))+GM(T=10 min)``. Without a `unit` of the samples, such coefficients are
+    converted to the SI unit of their kind of sensor. Raises `InputError` as `parse_string`, also for units of two kinds
+    of sensor, or if only some coefficients have a unit.
     """
     reader = _Reader(text, unit)
     effects: list[Effect] = []

@@ -78,10 +78,7 @@ class Term:
         return self
 
     def spectrum(self, w: Array) -> Array:
-        """Array of the spectrum s(w) at angular frequencies `w` in (0, π] per sample, shape of `w`.
-
-        Subclasses must define it.
-        """
+        """Spectrum s(w) at angular frequencies `w` in (0, π] per sample, shape of `w`."""
         raise NotImplementedError
 
     def allan_variance(self, m: Array) -> Array:
@@ -89,25 +86,19 @@ class Term:
         raise NotImplementedError
 
     def at_ordinates(self, n: int) -> tuple[str, list[float]]:
-        """Pair (name, parameters) with which the core computes the variances of the cosine ordinates of n samples.
-
-        By default `kernel`.
-        """
+        """Pair (name, parameters) with which the core computes the variances of the cosine ordinates of n samples."""
         return self.kernel
 
     def cosine_variance(self, j: NDArray[np.int64], n: int) -> Array:
-        """Array of the variance of the cosine-transform coefficients c_j of n samples, for j in 1 … n − 1, shape of `j`.
+        """Variance of the cosine-transform coefficients c_j of n samples, for j in 1 … n − 1, shape of `j`.
 
-        For white noise and random walks it is the spectrum at a = πj/n. For other terms the ends of the record add leakage:
-        the variance is r(0) + (2/n) Σ_h r(h)[(n−h) cos(ah) − sin(ah)/sin(a)], with r the autocovariance.
+        For white noise and random walks it is the spectrum at a = πj/n. For other terms the ends of the record add
+        leakage: the variance is r(0) + (2/n) Σ_h r(h)[(n−h) cos(ah) − sin(ah)/sin(a)], with r the autocovariance.
         """
         return _kernels.Ordinates(j, n).variance([self.at_ordinates(n)])
 
     def variogram(self, count: int) -> Array:
-        """Array of the variogram r(0) − r(h) = ½ E[(x(k+h) − x(k))²], U², at lags h = 0 … count − 1, shape (count,).
-
-        Subclasses must define it.
-        """
+        """Variogram r(0) − r(h) = ½ E[(x(k+h) − x(k))²], U², at lags h = 0 … count − 1."""
         raise NotImplementedError
 
     @property
@@ -189,11 +180,7 @@ class Blue(_Sized):
         return replace(self, ends=False)
 
     def at_ordinates(self, n: int) -> tuple[str, list[float]]:
-        """Pair (name, parameters) for the variances of the cosine-transform coefficients of n samples.
-
-        The compiled core computes the variances from this pair. If `ends` is False, they are the values of the spectrum,
-        without the leakage of the first and last sample.
-        """
+        """As of `Term`; if `ends` is False, variances equal the spectrum, without leakage of the first and last sample."""
         return self.kernel if self.ends else ("power_law", [2.0, self.variance, 1.0])
 
     @property
@@ -243,18 +230,11 @@ class Flicker(_Sized):
         return self.variance / _difference_gain(w)
 
     def allan_variance(self, m: Array) -> Array:
-        """Array of the Allan variance, U², at averaging factors `m`.
-
-        It is B² times that of a power law with the exponent −1.
-        """
+        """Allan variance, U², at averaging factors `m`: B² times that of a power law with the exponent −1."""
         return self.variance * power_law_allan(-1.0, m)
 
     def at_ordinates(self, n: int) -> tuple[str, list[float]]:
-        """Pair ("flicker", [B², q₁, …, q₆₄]) for the variances of the cosine-transform coefficients of n samples.
-
-        The compiled core computes the variances from this pair. Each q is the ratio of the variance of a coefficient to the
-        spectrum, see `power_law_ends`; for n below 65 there are n − 1 ratios.
-        """
+        """Pair ("flicker", [B², q₁, …, q₆₄]) with the ratios q of `power_law_ends`; as of `Term`."""
         return self.name, [self.variance, *power_law_ends(-1.0, n)]
 
     def variogram(self, count: int) -> Array:
@@ -289,10 +269,7 @@ class PowerLaw(Term):
         return self.level * power_law_allan(self.exponent, m)
 
     def at_ordinates(self, n: int) -> tuple[str, list[float]]:
-        """Pair ("power_law", [exponent, level, q₁, …, q₆₄]), with which the core computes variances of ordinates.
-
-        q_j is the variance of cosine ordinate j of n samples over the spectrum. Shorter records have n − 1 ratios.
-        """
+        """Pair ("power_law", [exponent, level, q₁, …, q₆₄]) with the ratios q of `power_law_ends`; as of `Term`."""
         return self.name, [*self.numbers, *power_law_ends(round(self.exponent, 6), n)]
 
     def variogram(self, count: int) -> Array:
@@ -330,10 +307,7 @@ class Exponential(Term):
         return type(self)(self.a * factor, self.phi)
 
     def spectrum(self, w: Array) -> Array:
-        """Array of the spectrum Re[a(1 − φ²)/(1 − 2φ cos w + φ²)] at angular frequencies `w`, shape of `w`.
-
-        The computed form keeps all digits for φ → 1, w → 0.
-        """
+        """Spectrum Re[a(1 − φ²)/(1 − 2φ cos w + φ²)] at angular frequencies `w`, with all digits for φ → 1, w → 0."""
         a, phi = complex(self.a), complex(self.phi)
         return np.asarray(
             (a * (1 - phi**2) / ((1 - phi) ** 2 + phi * _difference_gain(w) ** 2)).real
@@ -351,10 +325,7 @@ class Exponential(Term):
 
     @property
     def generator(self) -> tuple[str, list[float]] | None:
-        """Pair ("gauss_markov", [√a, φ]) of the random-number generator in the compiled core.
-
-        None for an oscillation (complex φ) or if Re a is negative.
-        """
+        """Pair ("gauss_markov", [√a, φ]) of the core's generator; None for an oscillation (complex φ) or negative Re a."""
         a_real, _, phi_real, phi_imag = self.numbers
         if phi_imag != 0.0 or a_real < 0.0:
             return None
@@ -378,8 +349,8 @@ class Lags(Term):
     def memory(self) -> int:
         """Half of the last lag L, rounded up.
 
-        If the ordinates were independent, the samples t and s of n samples would have the covariance r(t − s) + r(t + s +
-        1) + r(2n − 1 − t − s). The last two terms vanish if neither sample is one of the L/2 first or last.
+        If the ordinates were independent, the samples t and s of n samples would have the covariance r(t − s) + r(t + s
+        + 1) + r(2n − 1 − t − s). The last two terms vanish if neither sample is one of the L/2 first or last.
         """
         return len(self.covariance) // 2
 

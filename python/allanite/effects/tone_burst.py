@@ -59,7 +59,7 @@ class ToneBurst(Tone):
         return super().grid(name, n, rate)
 
     def seen_between(self, start: float, end: float) -> tuple[float, float]:
-        """Pair (low, high): frequency ∓ 4/length of the burst, Hz, a range with 98 % of its power; low is at least 0.
+        """Pair (low, high): frequency ∓ 4/length of the burst, Hz, a range with 98 % of its power.
 
         A burst without times lasts from `start` to `end`, s.
         """
@@ -78,10 +78,7 @@ class ToneBurst(Tone):
         return edge_error(0.5 * variance * length, 0.5 * (self.amplitude or 0.0) ** 2)
 
     def regressors(self, time: Array, covariates: Columns) -> Array:
-        """Array of sine and cosine of 2πft inside the interval, 0 outside, shape (n, 2).
-
-        Without times the interval is the whole record; without a frequency f is 0.
-        """
+        """Sine and cosine of 2πft inside the interval (without times the whole record), 0 outside, shape (n, 2)."""
         start, end = self.when or (-np.inf, np.inf)
         inside = (time >= start) & (time < end)
         out = np.zeros((2, time.size))

@@ -71,10 +71,7 @@ class Transient(Event):
         return self._edge_error(density)
 
     def regressors(self, time: Array, covariates: Columns) -> Array:
-        """Array of the transient at amplitude 1, shape (n, 1): 0 before the jump, then e^{−t/T} at time t after the jump.
-
-        Without values the jump is at 0 and the time constant T is 1 s.
-        """
+        """The transient at amplitude 1, shape (n, 1): 0 before the jump, then e^{−t/T} at time t after the jump."""
         after = time - (self.time or 0.0)
         decay = np.exp(-np.maximum(after, 0.0) / (self.time_constant or 1.0))
         return np.where(after >= 0.0, decay, 0.0)[:, None]
@@ -83,11 +80,11 @@ class Transient(Event):
     def regressor_ordinates(
         cls, points: Sequence[Self], j: NDArray[np.int64], n: int, rate: float, start: float
     ) -> Array:
-        """Array of cosine-transform coefficients j of the transient of each of the `points` at amplitude 1.
+        """Cosine-transform coefficients j of the transient of each point at amplitude 1, shape (points, ordinates).
 
-        Its shape is (points, ordinates). The coefficients are √(2/n) Re e^{iθ(k+½)} A (1 − z^{n−k})/(1 − z). Here A is the
-        value at the first sample k of the transient, z = r e^{iθ}, r = e^{−1/(rate T)} and θ = πj/n. The computed form of
-        e^{iθ/2}/(1 − z) is ((1 − r) cos ½θ + i (1 + r) sin ½θ)/((1 − r)² + 4r sin² ½θ).
+        The coefficients are √(2/n) Re e^{iθ(k+½)} A (1 − z^{n−k})/(1 − z). Here A is the value at the first sample k of
+        the transient, z = r e^{iθ}, r = e^{−1/(rate T)} and θ = πj/n. The computed form of e^{iθ/2}/(1 − z) is ((1 − r)
+        cos ½θ + i (1 + r) sin ½θ)/((1 − r)² + 4r sin² ½θ).
         """
         at = np.array([p.time or 0.0 for p in points])
         decay = np.array([p.time_constant or 1.0 for p in points])

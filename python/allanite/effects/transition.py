@@ -70,12 +70,12 @@ class Transition(Event):
     def regressor_ordinates(
         cls, points: Sequence[Self], j: NDArray[np.int64], n: int, rate: float, start: float
     ) -> Array:
-        """Array of cosine-transform coefficients j of the transition of each of the `points`, shape (points, ordinates).
+        """Cosine-transform coefficients j of the transition of each of the `points`, shape (points, ordinates).
 
-        A transition from k to l, in samples, has (h(k) − h(l))/(l − k), with h(k) the transform of max(i − k, 0). Here k
-        and l may be fractions. With m the first sample after k, max(i − k, 0) is a step of m − k at m and a step of 1 at
-        each later sample. With a = πj/2n, h(k) is −√(1/2n) ((m − k) sin 2am + cos a(2m + 1)/(2 sin a))/sin a, plus a part
-        independent of k.
+        A transition from k to l, in samples, has (h(k) − h(l))/(l − k), with h(k) the transform of max(i − k, 0). Here
+        k and l may be fractions. With m the first sample after k, max(i − k, 0) is a step of m − k at m and a step of 1
+        at each later sample. With a = πj/2n, h(k) is −√(1/2n) ((m − k) sin 2am + cos a(2m + 1)/(2 sin a))/sin a, plus a
+        part independent of k.
         """
         edges = (np.array([p._edges() for p in points]) - start) * rate
         edges[:, 1] = np.maximum(edges[:, 1], edges[:, 0] + MIN_TRANSITION_SAMPLES)

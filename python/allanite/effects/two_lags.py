@@ -59,7 +59,7 @@ class TwoLags(Follower):
     refined = True
 
     def grid(self, name: str, n: int, rate: float) -> Array:
-        """Array of time constants of a low-pass on the column, s, for the parameter `name`.
+        """Time constants of a low-pass on the column to try, s, for the parameter `name`.
 
         ``fast_lag``: 0 and three values up to 1/100 of the record. ``slow_lag``: six values from 1/80 to 1/5 of it.
         """

@@ -83,7 +83,7 @@ class Unexplained(Stochastic):
 
     @classmethod
     def pieces(cls, n: int, rate: float) -> tuple[Self, ...]:
-        """Tuple of effects with one band each, about three per octave and at least two in all, in ascending order.
+        """Effects with one band each, about three per octave, in ascending order.
 
         Their center frequencies reach from 16/T, with T the duration of `n` samples at `rate` Hz, to 0.45 times `rate`.
         """
@@ -93,10 +93,7 @@ class Unexplained(Stochastic):
 
     @classmethod
     def joined(cls, pieces: Sequence[Self], variances: Sequence[float]) -> Self:
-        """New effect with the bands of all `pieces` with positive `variances`, sorted by frequency.
-
-        Its `rms` is √(Σ variances).
-        """
+        """New effect with the bands of all `pieces` with positive `variances`, by frequency; `rms` is √(Σ variances)."""
         total = float(sum(variances))
         bands = [
             (piece.bands[0], variance / total)
@@ -108,10 +105,7 @@ class Unexplained(Stochastic):
         )
 
     def unit_terms(self, rate: float) -> tuple[Term, ...]:
-        """Tuple of a complex exponential for each band, with total variance 1.
-
-        Without values there is one band at 1 Hz.
-        """
+        """A complex exponential for each band, with total variance 1; without values one band at 1 Hz."""
         bands = self.bands or (1.0, 1.0)
         root = float(np.sqrt(1.0 - BAND_DAMPING**2))
         total = sum(bands[1::2])

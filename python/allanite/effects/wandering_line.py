@@ -105,20 +105,14 @@ class WanderingLine(Stochastic):
         return resonance if self.occupies is None else resonance.banded(*self.occupies)
 
     def grid(self, name: str, n: int, rate: float) -> Array:
-        """Array of values of the parameter `name` to try: eight wanders from 2/T to rate/40, or frequencies of resonances.
-
-        T is the duration of the record.
-        """
+        """Values of the parameter `name` to try: eight wanders from 2/T (T: duration) to rate/40, or frequencies."""
         if name == "wander":
             return np.geomspace(2.0 * rate / n, max(4.0 * rate / n, rate / 40.0), 8)
         return Resonance().grid(name, n, rate)
 
     @property
     def occupies(self) -> tuple[float, float] | None:
-        """Pair (low, high), Hz: the band that has half of the power, 0.67 standard deviations to each side.
-
-        None without values.
-        """
+        """Pair (low, high), Hz: the band that has half of the power, 0.67 standard deviations to each side; or None."""
         if self.frequency is None or self.wander is None:
             return None
         half = QUARTILE * self.wander
@@ -147,10 +141,7 @@ class WanderingLine(Stochastic):
         return wide and wander <= MAX_RELATIVE_WANDER * f
 
     def unit_terms(self, rate: float) -> tuple[Term, ...]:
-        """Tuple of three complex exponentials, whose sum has variance 1.
-
-        Without values the frequency is 1 Hz and the wander 0.1 Hz.
-        """
+        """Three complex exponentials, whose sum has variance 1; by default at 1 Hz with the wander 0.1 Hz."""
         middle, wander = self.frequency or 1.0, self.wander or 0.1
         turns = self._turns(rate, middle, wander)
         return tuple(Exponential(a, cmath.exp(turn)) for a, turn in zip(SHARES, turns, strict=True))
@@ -158,10 +149,10 @@ class WanderingLine(Stochastic):
     def generator(self, rate: float) -> tuple[str, list[float]]:
         """Pair ("filtered", parameters) of the core's generator: three resonators in series.
 
-        The zeros are those of the sampled process if its spectrum near the line is then right within 0.1 %; rounding spoils
-        them if the line is narrow or slow. Otherwise a second set is tried, in which a real zero of each resonator
-        compensates the slope at the line that comes from the poles at negative frequency. If neither is right within
-        0.1 %, as near 0 Hz and half the rate, the better one is scaled to the exact variance.
+        The zeros are those of the sampled process if its spectrum near the line is then right within 0.1 %; rounding
+        spoils them if the line is narrow or slow. Otherwise a second set is tried, in which a real zero of each
+        resonator compensates the slope at the line that comes from the poles at negative frequency. If neither is right
+        within 0.1 %, as near 0 Hz and half the rate, the better one is scaled to the exact variance.
         """
         from scipy.signal import zpk2sos
 

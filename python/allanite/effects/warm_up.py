@@ -61,10 +61,7 @@ class WarmUp(Deterministic):
     rivals = ("rate_ramp", "rate_random_walk", "covariate", "bias_step", "gauss_markov", "outliers")
 
     def grid(self, name: str, n: int, rate: float) -> Array:
-        """Array of time constants, s, from two samples (a filter that started empty) to half the record.
-
-        They are 12 per decade, at least four. A slower settling is a ramp.
-        """
+        """Time constants to try, s, from two samples (a filter that started empty) to half the record; slower is a ramp."""
         return log_grid(2.0, max(n / 2.0, 4.0), 12) / rate
 
     def regressors(self, time: Array, covariates: Columns) -> Array:
@@ -75,10 +72,10 @@ class WarmUp(Deterministic):
     def regressor_ordinates(
         cls, points: Sequence[Self], j: NDArray[np.int64], n: int, rate: float, start: float
     ) -> Array:
-        """Array of cosine-transform coefficients j of the decay of each of the `points`, shape (points, ordinates).
+        """Cosine-transform coefficients j of the decay of each of the `points`, shape (points, ordinates).
 
-        They are √(2/n) e^{−start/τ} (1 − (−1)^j r^n)(1 − r) cos(a)/((1 − r)² + 4r sin²(a)) with r = e^{−1/(rate τ)}, a =
-        πj/2n.
+        They are √(2/n) e^{−start/τ} (1 − (−1)^j r^n)(1 − r) cos(a)/((1 − r)² + 4r sin²(a)) with r = e^{−1/(rate τ)}, a
+        = πj/2n.
         """
         tau = np.array([p.time_constant or 1.0 for p in points])[:, None]
         a = np.pi * j / (2 * n)

@@ -42,20 +42,11 @@ MIN_ORDINATES_PER_NODE = 4
 @align_when_unpickled
 @dataclass(frozen=True, slots=True, eq=False)
 class Bins:
-    """Log-spaced bins of the ordinates j = 1…n−1.
+    """Log-spaced bins of the ordinates j = 1…n−1 of n samples.
 
-    Attributes
-    ----------
-    n : int
-        Samples of the record.
-    edges : ndarray of int64, shape (bins + 1,)
-        Bin b holds ordinates edges[b] … edges[b+1]−1.
-    count : ndarray, shape (bins,)
-        Degrees of freedom of each bin: its ordinates, fewer where samples are missing.
-    nodes, owner : ndarray of int64, shape (nodes,)
-        Ordinates at which models are evaluated, and the bin of each.
-    groups : ndarray of int64, shape (groups,)
-        First bin of each group, ten groups per decade.
+    Bin b holds ordinates edges[b] … edges[b+1]−1. `count` are its degrees of freedom: its ordinates, fewer where
+    samples are missing. `nodes` are the ordinates at which models are evaluated, and `owner` the bin of each. `groups`
+    has the first bin of each group, ten groups per decade.
     """
 
     n: int
@@ -73,16 +64,13 @@ class Bins:
         return np.asarray(np.bincount(self.owner, weights=values) / weight)
 
     def power(self, ordinates: Array) -> Array:
-        """Array of the mean square of the cosine-transform coefficients `ordinates` in each bin, shape (bins,).
-
-        `ordinates` has length n; the first, j = 0, is not used.
-        """
+        """Mean square of the cosine-transform coefficients `ordinates` in each bin; the first, j = 0, is not used."""
         return _kernels.squares(ordinates, self.edges) / np.diff(self.edges)
 
     def folded(self, ordinates: Array, folds: int) -> tuple[Array, Array]:
-        """Pair of arrays, shape (folds, bins): number and sum of squares of the ordinates of each fold in each bin.
+        """Number and sum of squares of the ordinates of each cross-validation fold in each bin, shape (folds, bins).
 
-        A fold is a subset for cross-validation: fold k has the ordinates with index j mod `folds` = k.
+        Fold k has the ordinates with index j mod `folds` = k.
         """
         number = np.empty((folds, self.count.size))
         total = np.empty_like(number)
@@ -110,11 +98,10 @@ class Bins:
 
 @lru_cache(maxsize=1)
 def _endless_bins() -> tuple[list[int], list[int]]:
-    """Pair of lists: first ordinate of each bin, from 1 to at least 2⁵³, and index of the first bin of each cell; cached.
+    """First ordinate of each bin, from 1 to at least 2⁵³, and index of the first bin of each cell; cached.
 
-    Ordinates are coefficients of the cosine transform. Cells divide them into 24 intervals per decade of frequency. At
-    the lowest frequencies a cell is a single ordinate. A cell of 64 or more ordinates is divided into up to 8 bins of at
-    least 32 ordinates; a smaller cell is one bin.
+    Cells divide the ordinates into 24 intervals per decade of frequency. A cell of 64 or more ordinates is divided into
+    up to 8 bins of at least 32 ordinates; a smaller cell is one bin.
     """
     edges, cells = [1], []
     while edges[-1] < 2**53:
@@ -128,19 +115,15 @@ def _endless_bins() -> tuple[list[int], list[int]]:
 
 @lru_cache(maxsize=64)
 def cells_of(bins: int) -> list[int]:
-    """List of indices: the first bin of each cell that begins in the lowest `bins` bins; cached.
-
-    A cell is 1/24 decade of frequency, or a single ordinate at the lowest frequencies.
-    """
+    """First bin of each cell (1/24 decade, or a single ordinate) that begins in the lowest `bins` bins; cached."""
     return [cell for cell in _endless_bins()[1] if cell < bins]
 
 
 @lru_cache(maxsize=2 * NODES_PER_CELL)
 def _node_positions(count: int, wide: bool) -> Array:
-    """Array of the positions of `count` nodes in a bin, as fractions 0 to 1 of its width, shape (count,); cached.
+    """Positions, as fractions of the width of a bin, of `count` nodes whose mean is a model's mean over the bin; cached.
 
-    The mean of a model over a bin is its mean at these nodes. The nodes are evenly spaced. In a `wide` bin with an even
-    `count`, they are instead pairs of the two-point Gauss-Legendre rule.
+    The nodes are evenly spaced, or in a `wide` bin pairs of the two-point Gauss-Legendre rule.
     """
     even = (np.arange(count) + 0.5) / count
     if count % 2 or not wide:
@@ -151,11 +134,7 @@ def _node_positions(count: int, wide: bool) -> Array:
 
 @lru_cache(maxsize=32)
 def bins_of(n: int) -> Bins:
-    """`Bins` of the cosine-transform coefficients (ordinates) of n samples, with read-only arrays. Cached.
-
-    The lowest bins hold one ordinate; above, each of 24 intervals per decade has up to 8 bins. A narrow last bin is merged
-    with its neighbor.
-    """
+    """`Bins` of the cosine-transform coefficients of n samples, with read-only arrays; cached."""
     edges = [edge for edge in _endless_bins()[0] if edge < n]
     edges.append(n)
     # A last bin much narrower than its neighbor is merged with it.
@@ -191,14 +170,11 @@ def bins_of(n: int) -> Bins:
 
 
 def bridge_gaps(samples: NDArray[Any], missing: NDArray[np.bool_] | None = None) -> Array:
-    """Array of the samples as float64, shape (n,), in which NaN and samples flagged in `missing` have plausible values.
+    """The samples as float64, shape (n,), in which NaN and samples flagged in `missing` have plausible values.
 
     Each run of missing samples is bridged by a straight line between the means of up to 8 samples on each side. White
     noise with the record's own sample-to-sample scatter (fixed seed) is added, so that neither steps nor quiet segments
-    appear. Without missing samples, a float64 input is returned without a copy. Deviations skip missing samples
-    instead.
-
-    Raises `TooShortError` if fewer than two samples are present.
+    appear. Raises `TooShortError` if fewer than two samples are present.
     """
     values = np.ascontiguousarray(samples, dtype=np.float64)
     bad = np.isnan(values)
