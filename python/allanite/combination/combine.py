@@ -20,6 +20,11 @@ from allanite.common.showing import brief
 from allanite.deviation import oadev
 from allanite.effects import Model, as_noise_model
 from allanite.fit import fit_model
+from allanite.plots.axes import linear_axis, log_axis
+from allanite.plots.curves import TAU
+from allanite.plots.scaling import deviation_axis, in_figure_units
+from allanite.plots.spec import Figure, Line, Mark, Panel, Points
+from allanite.plots.themes import LOGS
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -30,9 +35,9 @@ if TYPE_CHECKING:
     from allanite.common.arrays import Array
     from allanite.effects import Effect
     from allanite.fit import Fit
-    from allanite.plots import Figure
     from allanite.recording import Recording
     from allanite.statespace import StateSpace
+
 
 #: Fewest averages of the shortest record at the longest averaging time: the deviation then has an error of 10 %.
 MIN_AVERAGES = 50
@@ -141,10 +146,45 @@ class Combination:
         path : str or Path, optional
             SVG, PNG or PDF, written if given.
         theme : {"light", "dark"}
-        """
-        from allanite.combination.figure import plot_combination
 
-        return plot_combination(self, path, theme)
+        Raises
+        ------
+        InputError
+            The extension is not one of these, the folder does not exist, or matplotlib is not installed.
+        """
+        marks: list[Mark] = []
+        weights: list[Mark] = []
+        for k, name in enumerate(self.labels):
+            # The first color of logs is that of the combined samples.
+            color = LOGS[1 + k % (len(LOGS) - 1)]
+            marks.append(Line(self.tau, self.single[:, k], color, name, width=1.2))
+            weights.append(Line(self.tau, self.best_weights[:, k], color, width=1.2))
+        marks.append(Line(self.tau, self.equal, "before", "mean", dash="dash"))
+        marks.append(Line(self.tau, self.combined, "model", "combined", width=2.2))
+        if self.measured is not None:
+            marks.append(Points(self.tau, self.measured, "measured", "combined samples"))
+        y = deviation_axis(self.unit, log_axis("", self.single, self.combined))
+        low, high = float(self.best_weights.min()), float(self.best_weights.max())
+        room = 0.1 * max(high - low, 0.2)
+        panels = (
+            Panel(log_axis(TAU, self.tau), y, tuple(marks), show_x=False),
+            Panel(
+                log_axis(TAU, self.tau),
+                linear_axis("best weight", min(low, 0.0) - room, high + room, 4),
+                tuple(weights),
+                row=1,
+            ),
+        )
+        # Equal numbers in print are one number.
+        gains = dict.fromkeys(number(gain) for gain in (self.gain.min(), self.gain.max()))
+        figure = Figure(
+            f"{len(self.labels)} units averaged to one sensor",
+            f"Allan deviation {' to '.join(gains)} times lower than that of the best unit",
+            panels,
+            heights=(2.4, 1.0),
+            kind="combination",
+        )
+        return in_figure_units(figure).saved(path, theme)
 
     def save(self, path: str | Path) -> None:
         """Write the noise model of the combination to `path` as JSON, with the unit and the rate of its samples.

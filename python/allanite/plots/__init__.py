@@ -6,8 +6,7 @@ Add a figure as a function that returns a `Figure`; each painter draws all marks
 from __future__ import annotations
 
 from allanite.plots.compare import plot_compare
-from allanite.plots.deviation import plot_deviation, plot_stability
-from allanite.plots.dynamic import plot_dynamic
+from allanite.plots.deviation import plot_deviation, plot_dynamic, plot_stability
 from allanite.plots.fit import plot_check, plot_fit
 from allanite.plots.recording import plot_recording
 from allanite.plots.spec import Figure

@@ -1,4 +1,4 @@
-"""Figures of deviations with their intervals."""
+"""Figures of deviations with their intervals, and of a deviation in moving windows over the record."""
 
 from __future__ import annotations
 
@@ -6,14 +6,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from allanite.common.numbers import number
+from allanite.common.numbers import duration_text, number, time_scale
 from allanite.common.showing import aligned_lines
 from allanite.deviation import estimator_named
 from allanite.effects.sheet_units import in_figure_unit
-from allanite.plots.axes import log_axis
+from allanite.plots.axes import linear_axis, log_axis
 from allanite.plots.curves import TAU
+from allanite.plots.scaling import deviation_axis, in_figure_units
 from allanite.plots.spec import Axis, Figure, Line, Mark, Note, Panel, Points
-from allanite.plots.themes import LOGS
+from allanite.plots.themes import COMPONENTS, LOGS
 from allanite.plots.words import label_in_unit, recording_text
 
 if TYPE_CHECKING:
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    from allanite.deviation.dynamic import DynamicDeviation
     from allanite.deviation.result import Deviation
     from allanite.recording.record import Record
 
@@ -29,6 +31,8 @@ if TYPE_CHECKING:
 SLOPES = ((-1.0, "τ⁻¹"), (-0.5, "τ⁻¹ᐟ²"), (0.5, "τ¹ᐟ²"))
 #: Half the width and half the height of the label of a slope, as fractions of the panel in a column of a journal.
 LABEL_WIDTH, LABEL_HEIGHT = 0.05, 0.06
+#: Maximum number of windows that are marked individually.
+MAX_MARKED = 80
 
 
 def plot_deviation(
@@ -201,3 +205,31 @@ def _deviation_table(deviations: Sequence[Deviation]) -> str:
             row += [number(v, 4, power=True) if np.isfinite(v) else "–" for v in cells]
         rows.append(row)
     return "\n".join(aligned_lines(rows, right=True))
+
+
+def plot_dynamic(
+    dynamic: DynamicDeviation, path: str | Path | None = None, theme: str = "light"
+) -> Figure:
+    """`Figure`: overlapping Allan deviation of windows along the record, over time, with a line for each of up to six τ.
+
+    The figure is written to `path` (SVG, PNG or PDF) if given.
+    """
+    half = 0.5 * dynamic.window
+    low, high = float(dynamic.time[0]) - half, float(dynamic.time[-1]) + half
+    size, name = time_scale(high - low)
+    marks: list[Mark] = []
+    for color, k in zip(COMPONENTS, dynamic.shown(len(COMPONENTS)), strict=False):
+        time, values = dynamic.time / size, dynamic.deviation[:, k]
+        marks.append(Line(time, values, color, f"τ = {dynamic.tau[k]:.4g} s"))
+        if time.size <= MAX_MARKED:
+            marks.append(Points(time, values, color, size=3.0))
+    words = "overlapping Allan deviation"
+    shown = [m.y for m in marks if isinstance(m, Line)]
+    panel = Panel(
+        linear_axis(f"time ({name})", low / size, high / size, 8),
+        deviation_axis(dynamic.unit, log_axis("", np.concatenate(shown)), words),
+        tuple(marks),
+    )
+    windows = f"{dynamic.time.size} windows of {duration_text(dynamic.window)}"
+    figure = Figure(words[0].upper() + words[1:] + " over time", windows, (panel,), kind="dynamic")
+    return in_figure_units(figure).saved(path, theme)

@@ -7,14 +7,16 @@ import allanite as al
 from allanite import _kernels
 from allanite.fit.likelihood.discrepancy import marginal_likelihood
 from allanite.fit.prediction import (
+    BLOCKS,
     FOLDS,
     MIN_PREDICTED_SAMPLES,
     _log_likelihood,
+    block_losses,
     compare,
+    function_costs,
     predict,
     predicts_worse,
 )
-from allanite.fit.prediction_in_time import BLOCKS, block_losses, function_costs
 from allanite.spectrum import bins_of
 from generators import ramp, sinusoid, walk, white
 
