@@ -1,11 +1,10 @@
 """The command line: `main` runs a command and turns every error into one line and an exit code.
 
-Input: arguments of the command line. Output: text, JSON, files and an exit code. Add a command as a module of
-`allanite.cli.commands`, and its line of help in `COMMANDS`.
+Add a command as a module of `allanite.cli.commands`, and its line of help in `COMMANDS`.
 
 Exit codes: 0 success; 1 ``check --strict`` found the model inadequate, or ``accept`` found a figure that does not meet
-the sheet; 2 wrong input or options; 3 usable input that is too short or too damaged, or
-``accept`` is undecided; 70 an internal error of allanite; 130 interrupted. A command is imported only when it runs.
+the sheet; 2 wrong input or options; 3 usable input that is too short or too damaged, or ``accept`` is undecided; 70 an
+internal error of allanite; 130 interrupted. A command is imported only when it runs.
 """
 
 from __future__ import annotations
@@ -67,10 +66,7 @@ class _OutputClosedError(Exception):
 
 @contextmanager
 def _broken_pipe_as_closed_output() -> Iterator[None]:
-    """Context that raises `_OutputClosedError` instead of `BrokenPipeError`.
-
-    click would handle a broken pipe itself, and its versions do so differently.
-    """
+    """Context that raises `_OutputClosedError` instead of `BrokenPipeError`, which versions of click handle differently."""
     try:
         yield
     except BrokenPipeError as error:
@@ -81,10 +77,7 @@ class _Commands(click.Group):
     """A group that imports a command's module when the command runs."""
 
     def make_context(self, *arguments: Any, **options: Any) -> click.Context:
-        """`click.Context` of the parsed command line.
-
-        A broken pipe, for example while --help is printed, raises `_OutputClosedError`.
-        """
+        """`click.Context` of the parsed command line; a broken pipe raises `_OutputClosedError`."""
         with _broken_pipe_as_closed_output():  # --help and --version are written here
             return super().make_context(*arguments, **options)
 
@@ -152,10 +145,7 @@ def cli() -> None:
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Run the command line and exit the process with its exit code; never returns.
-
-    Errors are printed as one line, without a traceback. The arguments default to those of the process.
-    """
+    """Run the command line and exit the process with its exit code; never returns."""
     code = _run(arguments)
     threads = sys.modules.get("allanite.common.threads")
     if arguments is None and threads is not None and threads.has_running_jobs():
@@ -176,11 +166,7 @@ def _check_address_space() -> None:
 
 
 def _run(arguments: Sequence[str] | None) -> int:
-    """Run a command line and return its exit code; every error is printed as one line on standard error.
-
-    0: success, help, or output closed by the reader. 2: bad input, a missing package, or a file or output that cannot be
-    used. 3: too little data or memory. 70: internal error. 130: interrupt. `SystemExit` passes on.
-    """
+    """Run a command line and return its exit code; every error is printed as one line on standard error."""
     if sys.stdout is None:
         return _print_error(
             "standard output is closed: redirect it to a file, a pipe or /dev/null", 2

@@ -29,7 +29,7 @@ FIRST_ROWS = 100
 
 
 def cells_of(line: str, delimiter: str | None = None) -> list[str]:
-    """List of the cells of a row: texts without blanks at their ends.
+    """Cells of a row, without blanks at their ends.
 
     The default `delimiter` is the first of semicolon, tab, ``|`` and comma that the row contains, otherwise any run of
     blanks. The delimiter ``" "`` also means any run of blanks.
@@ -48,27 +48,14 @@ def number_of_cell(cell: str) -> float | None:
 
 
 def has_numbers(line: str) -> bool:
-    """True if a line is a row of samples: at least half of its non-empty cells are numbers.
-
-    False for a comment (``#``), and for a line without any non-empty cell.
-    """
+    """True if a line is a row of samples: no comment, and at least half of its non-empty cells are numbers."""
     cells = [] if line.lstrip().startswith("#") else list(filter(None, cells_of(line)))
     return bool(cells) and 2 * sum(number_of_cell(c) is not None for c in cells) >= len(cells)
 
 
 @dataclass(frozen=True, slots=True)
 class WatchedColumn:
-    """The column of a source that a watch reads.
-
-    Attributes
-    ----------
-    index : int
-        Index of the column.
-    factor : float
-        Factor that converts its numbers to the unit of the model.
-    delimiter : str or None
-        Delimiter of the rows, as in `cells_of`.
-    """
+    """The watched column of a source: `index`, `factor` to the unit of the model, `delimiter` as in `cells_of`."""
 
     index: int
     factor: float = 1.0
@@ -76,10 +63,7 @@ class WatchedColumn:
 
 
 def first_lines_of(file: BinaryIO, end: int) -> bytes:
-    """Bytes of the first lines of a file before position `end`: the header, and at most 100 rows of numbers.
-
-    The position in the file changes.
-    """
+    """First lines of a file before position `end`: the header, and at most 100 rows of numbers; moves the position."""
     file.seek(0)
     lines, rows = [], 0
     while rows < FIRST_ROWS and file.tell() < end:
@@ -97,30 +81,11 @@ def watched_column(
     quantity: str,
     source: str,
 ) -> WatchedColumn:
-    """`WatchedColumn`: index of the column to watch, the factor to the unit of the model, and the delimiter of the rows.
+    """Index of the column to watch, the factor to the unit of the model, and the delimiter of the rows.
 
     The unit of the numbers is that in the header, otherwise the given one, otherwise that of the log to which the model
-    was fitted. Without a row of numbers: the first column, factor 1.
-
-    Parameters
-    ----------
-    lines : sequence of str
-        The first lines, with the header if there is one.
-    column : str or None
-        Name or number that the user gave.
-    model : NamedModel
-        The model; `NamedModel.column` is watched if `column` is None and the source has a column of this name.
-    unit : str or None
-        Unit that the user gave.
-    quantity : str
-        Meaning of the samples: ``rate``, ``increment`` or ``angle``.
-    source : str
-        Name of the source, for messages.
-
-    Raises
-    ------
-    InputError
-        The column is unknown or holds time stamps, its unit contradicts the given one, or the data are no text log.
+    was fitted. Without a row of numbers: the first column, factor 1. `column` is the user's choice, and `quantity` is
+    ``rate``, ``increment`` or ``angle``.
     """
     from allanite.readers.columns import Roles
 
@@ -145,7 +110,6 @@ def _factor_to_model_unit(
     """Factor by which the numbers in the column with index `at` are multiplied to get the unit of the model.
 
     If the model has no known unit, the target is the unit that `allanite.read` gives to the samples of this column.
-    Raises `InputError` if column and model belong to different kinds of sensor.
     """
     from allanite.readers.columns import layout_from_roles
 
@@ -158,11 +122,10 @@ def _factor_to_model_unit(
 
 
 def _column_index(roles: Roles, column: str | None, model_column: str, source: str) -> int:
-    """Index of the column to watch: that of `column` (a name or number) if given, otherwise of the name `model_column`.
+    """Index of the column to watch: `column` (a name or number) if given, otherwise that of the name `model_column`.
 
-    If no column has that name, it is the first column that `allanite.read` would take for a sensor. A note lists further
-    sensors, if there are any; it names the `source`. In a table without names, columns with constant numbers are skipped
-    if possible. Raises `InputError` if `column` does not exist, or if the column holds time stamps.
+    If no column has that name, it is the first column that `allanite.read` would take for a sensor, and a note lists
+    further sensors. In a table without names, columns with constant numbers are skipped if possible.
     """
     from allanite.readers.columns import layout_from_roles
     from allanite.recording import find_column
@@ -186,19 +149,13 @@ def _column_index(roles: Roles, column: str | None, model_column: str, source: s
 
 
 def _may_be_sensor(table: Table, at: int) -> bool:
-    """True if the column with index `at` can be that of a sensor: it has numbers other than NaN.
-
-    In a table without column names, the numbers must also change.
-    """
+    """True if the column with index `at` has numbers other than NaN, which change if the table has no column names."""
     numbers = table[at][~np.isnan(table[at])]
     return numbers.size > 0 and (table.named or bool(numbers.min() < numbers.max()))
 
 
 def _table_of_lines(lines: Sequence[str]) -> tuple[Table, str]:
-    """Tuple (`Table` of the columns of numbers in these lines, delimiter), found by the same code that reads text logs.
-
-    Raises `InputError` if the lines are no text log, or if the temporary file for the reader cannot be written.
-    """
+    """(`Table` of the columns of numbers in these lines, delimiter), found by the same code that reads text logs."""
     from allanite import _kernels
     from allanite.readers.text import core_errors_with_remedy, first_rows_of
 

@@ -25,17 +25,8 @@ IMPORT_FILE = "<frozen importlib._bootstrap>"
 def keep_interrupts(*, process_ends: bool) -> Iterator[None]:
     """Context in which no interrupt (Ctrl-C) is lost, even during imports.
 
-    Has no effect outside of the main thread, as only the main thread gets signals, or if another handler is installed.
-
-    Parameters
-    ----------
-    process_ends : bool
-        Whether the process ends after the block. After an interrupt, further interrupts are then ignored.
-
-    Raises
-    ------
-    KeyboardInterrupt
-        Once for one Ctrl-C or several, at the end of the block at the latest.
+    Only the main thread gets signals. If the process ends after the block, further interrupts are ignored. Raises
+    `KeyboardInterrupt` once for one Ctrl-C or several, at the end of the block at the latest.
     """
     if signal.getsignal(signal.SIGINT) is not signal.default_int_handler:
         yield

@@ -1,8 +1,7 @@
 """Rows of a source that grows: a text file, standard input, or datagrams.
 
-A file may be truncated in place or replaced by another (log rotation) while it is read. The rows of the new content
-are then read from the first. Standard input and datagrams are read by a thread, so that a signal never interrupts a
-read.
+A file may be truncated in place or replaced by another (log rotation) while it is read. The rows of the new content are
+then read from the first. Standard input and datagrams are read by a thread, so that a signal never interrupts a read.
 """
 
 from __future__ import annotations
@@ -140,25 +139,11 @@ def samples_of_source(
     position: dict[str, Any] | None = None,
     follow: bool = False,
 ) -> Iterator[Rows]:
-    """Iterator over `Rows` with the samples of a source as they arrive, until its end or a signal.
+    """Iterator over `Rows` with the samples of a source as they arrive, until its end or the event `stop`.
 
-    Parameters
-    ----------
-    source : str
-        Path, ``-`` (standard input), or ``udp://127.0.0.1:PORT``.
-    column_of : callable
-        Returns the column to watch from the first lines.
-    stop : Stop
-        Event that ends the reading. Rows that have already arrived are still yielded.
-    position : dict or None
-        Position at which to continue a file: a value of `Rows.position`. None reads from its beginning.
-    follow : bool
-        Whether to wait for more rows at the end of a file.
-
-    Raises
-    ------
-    InputError
-        The source does not exist, the address cannot be used, a line is too long, or a row lacks the column.
+    `source` is a path, ``-`` (standard input), or ``udp://127.0.0.1:PORT``. `column_of` returns the column to watch
+    from the first lines. A file is read from `position`, a value of `Rows.position`; with `follow`, the iterator waits
+    for more rows at its end. Rows that arrived before `stop` are still yielded.
     """
     if source == STANDARD_INPUT:
         if sys.stdin is None:
@@ -197,10 +182,9 @@ class _Lines:
         self.follows = True
 
     def rows(self, blocks: Iterator[_Block], stop: Stop) -> Iterator[Rows]:
-        """Yield the samples of the blocks as `Rows`, in batches; each batch is forgotten once it is yielded.
+        """Yield the samples of the blocks in batches: after 4096 samples or 0.2 s, when the source pauses, and at the end.
 
-        A batch is yielded once it has 4096 samples, after 0.2 s, when the source pauses, and at the end. Before an
-        `InputError` of a bad row, the samples before this row are yielded.
+        Before an `InputError` of a bad row, the samples before this row are yielded.
         """
         passed_on = time.monotonic()
         try:
@@ -229,11 +213,7 @@ class _Lines:
         yield from self._flush()
 
     def _restart(self, block: _Block) -> None:
-        """Prepare for reading from a new position: forget the unfinished line (with a note) and the watched column.
-
-        If the block holds the first lines of the file (`head`), the column is chosen from them at once. Otherwise it is
-        chosen later from the lines that follow.
-        """
+        """Prepare for reading from a new position: forget the unfinished line (with a note) and the watched column."""
         if self.rest:
             _print_note(f"{self.name}: the last row is incomplete and is skipped")
         self.offset, self.tail, self.rest = block.begins_at or 0, b"", b""
@@ -244,10 +224,7 @@ class _Lines:
         self.follows = self.follows and block.follows
 
     def _flush(self) -> Iterator[Rows]:
-        """Yield the collected samples as one `Rows`, and empty the collection; yields nothing without samples.
-
-        The `Rows` has the position in the file after these samples, or None if the source is no file.
-        """
+        """Yield the collected samples, if any, as one `Rows`, and empty the collection."""
         if not self.samples:
             return
         position = None
@@ -258,10 +235,7 @@ class _Lines:
         yield rows
 
     def _add_bytes(self, data: bytes) -> None:
-        """Split bytes of the source into lines, collect the sample of each complete line, and keep an incomplete last line.
-
-        Raises `InputError` for a line of over 1 MB.
-        """
+        """Split bytes of the source into lines, collect the samples of complete lines, and keep an incomplete last line."""
         text = self.rest + data
         # A carriage return also ends a line.
         end = max(text.rfind(b"\n"), text.rfind(b"\r")) + 1
@@ -274,9 +248,9 @@ class _Lines:
             self._add_line(line)
 
     def _add_line(self, line: bytes) -> None:
-        """Collect the sample in a line of the source; while the column to watch is not yet known, keep the line instead.
+        """Collect the sample in a line of the source; keep the line while the column to watch is not yet known.
 
-        The column is chosen once 100 rows of numbers have arrived. Raises `InputError` if fewer have arrived after 16 MB.
+        The column is chosen once 100 rows of numbers have arrived.
         """
         if self.column is not None:
             self._add_sample(line)
@@ -301,10 +275,9 @@ class _Lines:
                 self._add_sample(line)
 
     def _add_sample(self, line: bytes) -> None:
-        """Append the number that a line has in the watched column, times the factor of this column, to the samples.
+        """Append the number in the watched column of a line, if it has one, and move the position behind the line.
 
-        Nothing is appended for text instead of a number, a blank line or a comment. The position moves behind the line.
-        Raises `InputError` if the row has no such column, or if the number is infinite; the position then stays before it.
+        After an `InputError`, the position is still before the line.
         """
         assert self.column is not None
         with about(self.name):
@@ -321,15 +294,10 @@ def _text_of(line: bytes) -> str:
 
 
 def sample_of(line: str, place: int, delimiter: str | None = None) -> float | None:
-    """Number in the column with index `place` of a row, as a float.
+    """Number in the column with index `place` of a row; `delimiter` as in `cells_of`.
 
-    NaN for an empty cell; None for a blank line, a comment, or a cell with text. `delimiter` separates the cells, as in
-    `cells_of`.
-
-    Raises
-    ------
-    InputError
-        The row has fewer columns, or the number is infinite.
+    NaN for an empty cell; None for a blank line, a comment, or a cell with text. Raises `InputError` if the row has
+    fewer columns, or the number is infinite.
     """
     if not line.strip() or line.lstrip().startswith("#"):
         return None
@@ -350,11 +318,11 @@ def sample_of(line: str, place: int, delimiter: str | None = None) -> float | No
 def _blocks_of_file(
     path: Path, position: dict[str, Any] | None, stop: Stop, *, follow: bool
 ) -> Iterator[_Block]:
-    """Yield `_Block` objects, the bytes of a file from `position` on, or from its beginning if `position` is None.
+    """Yield the bytes of a file from `position` on, or from its beginning; the first block only says where reading begins.
 
-    The first block has no bytes, only the place at which reading begins. Reading starts again at the first row, with a
-    note, if the file is truncated or replaced, or is not the file of `position`. Without `follow`, the iterator ends at
-    the end of the file. With `follow`, it waits there for more and yields empty blocks, until a signal arrives.
+    Reading starts again at the first row, with a note, if the file is truncated or replaced, or is not the file of
+    `position`. With `follow`, the iterator waits at the end of the file and yields empty blocks, until a signal
+    arrives.
     """
     file = _open_file(path)
     try:
@@ -401,13 +369,7 @@ def _blocks_of_file(
 
 
 def _open_file(path: Path) -> BinaryIO:
-    """File object opened for reading bytes.
-
-    Raises
-    ------
-    InputError
-        There is no such file, or it is a folder, a pipe or a device.
-    """
+    """File object opened for reading bytes; raises `InputError` for a missing file, a folder, a pipe or a device."""
     # The opening of a pipe would wait for a writer.
     flags = getattr(os, "O_NONBLOCK", 0)
     try:
@@ -447,10 +409,9 @@ def _is_replaced(path: Path, descriptor: int) -> bool:
 
 
 def _blocks_of_thread(read: Callable[[], bytes], stop: Stop) -> Iterator[_Block]:
-    """Yield blocks with the bytes that `read` returns; `read` is called again and again in a thread.
+    """Yield blocks with the bytes that `read` returns in a thread, until there are none, and empty ones every 0.05 s.
 
-    Ends when `read` returns no bytes or raises `OSError`. Yields an empty block every 0.05 s while nothing arrives. After
-    a signal, reading ends within about 0.1 s.
+    After a signal, reading ends within about 0.1 s.
     """
     blocks: queue.Queue[bytes] = queue.Queue(MAX_QUEUED_BLOCKS)
 
@@ -496,10 +457,7 @@ def _blocks_of_datagrams(source: str, stop: Stop) -> Iterator[_Block]:
 
 
 def _bound_socket(source: str) -> socket.socket:
-    """UDP socket bound to the address ``udp://127.0.0.1:PORT`` (or localhost) in `source`.
-
-    Raises `InputError` if the address is not local, the port is not 1 to 65535, or it cannot be bound, as when in use.
-    """
+    """UDP socket bound to the address ``udp://127.0.0.1:PORT`` (or localhost) in `source`; else `InputError`."""
     import socket
 
     host, _, port = source.removeprefix("udp://").rpartition(":")

@@ -31,13 +31,7 @@ class NamedModel:
     log_unit: str | None = None
 
     def in_unit(self, unit: str) -> Model:
-        """`Model` with its coefficients converted to samples in `unit`; unchanged if the unit of the model is unknown.
-
-        Raises
-        ------
-        InputError
-            The unit is that of another kind of sensor.
-        """
+        """`Model` with its coefficients converted to samples in `unit`; unchanged if the unit of the model is unknown."""
         if self.unit is None or self.unit == unit:
             return self.model
         factor = conversion(self.unit, unit)
@@ -45,11 +39,7 @@ class NamedModel:
 
 
 def _scaled_effect(effect: Effect, factor: float) -> Effect:
-    """Copy of an effect whose parameters in units of the samples, and their limits, are multiplied by `factor`.
-
-    Use this when the samples are expressed in another unit: 1 old unit = `factor` new units. Parameters such as times and
-    frequencies are unchanged.
-    """
+    """Copy of an effect for samples in another unit, where 1 old unit = `factor` new units; limits are converted, too."""
     names = {p.name for p in effect.parameters if not isinstance(p.unit, str)}
     values = {k: v for k, v in effect.values.items() if k in names and v is not None}
     scaled = {
@@ -65,9 +55,9 @@ def _scaled_effect(effect: Effect, factor: float) -> Effect:
 
 
 def models_of(text: str, unit: str | None = None, rate: float | None = None) -> list[NamedModel]:
-    """List of `NamedModel` from a model string (one model) or from a file (one per axis).
+    """Models from a model string (one model) or from a file (one per axis).
 
-    `unit` and `rate` (Hz) are those of a model that states none. Raises `InputError` for an invalid string or file.
+    `unit` and `rate` (Hz) are those of a model that states none.
     """
     from allanite.effects.files import model_from_dict
     from allanite.sources import documents_of
@@ -85,10 +75,9 @@ def models_of(text: str, unit: str | None = None, rate: float | None = None) -> 
 
 
 def start_models(text: str | None, columns: Sequence[Recording]) -> list[Model]:
-    """List with the start model of each column, in the unit of its samples.
+    """Start model of each column, in the unit of its samples, from a model string or file.
 
-    `text` is a model string or the path of a file. None stands for N+B+K, or Q+F+N+B+K for a clock. Raises `InputError`
-    if `text` is not valid, or if its file has several models and none for a column.
+    None stands for N+B+K, or Q+F+N+B+K for a clock.
     """
     if text is None:
         from allanite.effects.files import parse_model
@@ -100,15 +89,7 @@ def start_models(text: str | None, columns: Sequence[Recording]) -> list[Model]:
 
 
 def model_for_column(models: list[NamedModel], column: str, text: str) -> NamedModel:
-    """`NamedModel` of a column: the only model, or the model with the column's name.
-
-    `text` names the source in errors.
-
-    Raises
-    ------
-    InputError
-        There are several models, and none for this column.
-    """
+    """The only model, or the model with the column's name; raises `InputError` with the source `text` if there is none."""
     if len(models) == 1:
         return models[0]
     names = [m.column for m in models]

@@ -100,10 +100,7 @@ class LogCommand(click.Command):
     """A click command whose help lists its own options first, and the options of `log_options` below them."""
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """Write the options in two sections: those of the command, then those for reading the log.
-
-        Empty sections are left out.
-        """
+        """Write the options in two sections: those of the command, then those for reading the log."""
         own: list[tuple[str, str]] = []
         shared: list[tuple[str, str]] = []
         for parameter in self.get_params(ctx):
@@ -138,10 +135,7 @@ def plot_option(command: Any) -> Any:
 
 
 def seconds(value: object) -> float:
-    """Option type: positive time in s, as a float, from a text such as ``60``, ``60s``, ``10min`` or ``2h``.
-
-    Other texts, zero, negative numbers and infinity end the command with a usage error.
-    """
+    """Option type: positive time in s from a text such as ``60``, ``60s``, ``10min`` or ``2h``."""
     text, factor = str(value).strip(), 1.0
     for unit, size in (("min", 60.0), ("h", 3600.0), ("s", 1.0)):
         if text.endswith(unit):
@@ -173,10 +167,7 @@ time_option = click.option(
 
 
 def percent(value: object) -> float:
-    """Option type: percentage of 0 or more as a float: 5.0 for ``5%`` or ``5``.
-
-    Other texts, infinity and negative numbers end the command with a usage error.
-    """
+    """Option type: percentage of 0 or more: 5.0 for ``5%`` or ``5``."""
     found = _float_or_nan(str(value).strip().removesuffix("%"))
     if not 0.0 <= found < math.inf:
         raise click.BadParameter(f"{value!r} is not a percentage of 0 or more: write 5%")
@@ -184,10 +175,7 @@ def percent(value: object) -> float:
 
 
 def positive_percent(value: object) -> float:
-    """Option type: positive percentage as a float: 5.0 for ``5%`` or ``5``.
-
-    Other texts, 0, infinity and negative numbers end the command with a usage error.
-    """
+    """Option type: positive percentage: 5.0 for ``5%`` or ``5``."""
     found = percent(value)
     if found == 0.0:
         raise click.BadParameter(f"{value!r} is not a positive percentage: write 5%")
@@ -204,10 +192,7 @@ tolerance_option = click.option(
 
 
 def rate_type(value: object) -> float | str:
-    """Option type: rate in Hz as a float; a number with an exclamation mark, such as ``100!``, is returned as a string.
-
-    Any other text ends the command with a usage error.
-    """
+    """Option type: rate in Hz; a number with an exclamation mark, such as ``100!``, is returned as a string."""
     text = str(value).strip()
     found = text.removesuffix("!")
     try:
@@ -218,10 +203,7 @@ def rate_type(value: object) -> float | str:
 
 
 def scale_type(value: object) -> tuple[str, float]:
-    """Option type: pair (name of a column, factor) from a text such as ``gx=1/131`` or ``gx=0.00763``.
-
-    A text without a name or a number, and a factor that is 0 or not finite, end the command with a usage error.
-    """
+    """Option type: pair (name of a column, factor) from a text such as ``gx=1/131`` or ``gx=0.00763``."""
     name, equals, factor = str(value).rpartition("=")
     top, slash, bottom = factor.partition("/")
     divisor = _float_or_nan(bottom) if slash else 1.0
@@ -343,10 +325,7 @@ class LogOptions:
 
     @property
     def after_reading(self) -> tuple[str, ...]:
-        """Tuple of the names of those options among --trim, --decimate and --output-unit that the user gave.
-
-        These options change the samples after the log was read.
-        """
+        """Names of the given options that change the samples after the log was read."""
         given = {
             "--trim": self.trim,
             "--decimate": self.decimate,
@@ -356,7 +335,7 @@ class LogOptions:
 
     @property
     def output_units(self) -> dict[str, str]:
-        """Dict from kind of sensor to the unit into which --output-unit converts its samples; empty without this option.
+        """Kind of sensor → unit into which --output-unit converts its samples; empty without this option.
 
         For a unit of a coefficient, such as ug/sqrt(Hz), it is the unit of the samples, ug.
         """
@@ -373,18 +352,11 @@ READING_OPTIONS = {*_READ_NAMES, *_OTHER_NAMES} - {"as_json", "quiet"}
 
 
 def export_options(command: Callable[..., Any]) -> Callable[..., Any]:
-    """Decorator that adds the options of parameter files to a command: overbound, as_fitted, horizon and inflate.
-
-    The command gets their values as one dict in its argument ``how``.
-    """
+    """Decorator that adds the options of parameter files to a command, which gets them in the dict ``how``."""
 
     @wraps(command)
     def wrapped(**arguments: Any) -> Any:
-        """Call the command and return its result.
-
-        The values of the options of parameter files are collected into the argument ``how``, a dict; all other arguments
-        are passed unchanged.
-        """
+        """Call the command with the options of parameter files in the argument ``how``."""
         names = ("overbound", "as_fitted", "horizon", "inflate")
         return command(how={name: arguments.pop(name) for name in names}, **arguments)
 
@@ -401,11 +373,7 @@ def log_options(command: Callable[..., Any]) -> Callable[..., Any]:
 
     @wraps(command)
     def wrapped(**arguments: Any) -> Any:
-        """Call the command and return its result.
-
-        The values of the options for reading a log are collected into the argument ``options``, a `LogOptions`; all other
-        arguments are passed unchanged.
-        """
+        """Call the command with the options for reading a log in the argument ``options``."""
         read = {name: arguments.pop(name) for name in _READ_NAMES}
         scales = dict(read["scale"])
         if len(scales) < len(read["scale"]):
@@ -422,17 +390,11 @@ def log_options(command: Callable[..., Any]) -> Callable[..., Any]:
 def read_columns(
     path: str, options: LogOptions, *, for_fit: bool = True, copy: Path | None = None
 ) -> list[Recording]:
-    """List with one `Recording` per sensor column of a log, read as the options say and checked.
+    """One `Recording` per sensor column of a log, read as the options say and checked as by `read_recording`.
 
-    With `for_fit`, a log that is mostly motion is refused. Columns with one quantization code in 95 % of the samples or
-    more are then left out, with a note. `copy` is a file with the content of standard input, if it was already read.
-
-    Raises
-    ------
-    InputError
-        The samples of a column (for an angle: its rate) never change. Also errors of `read_recording`.
-    TooShortError
-        Fewer than 16 samples, or all columns have nearly always one code.
+    Also raises `InputError` if the samples of a column (for an angle: its rate) never change. With `for_fit`, columns
+    with one quantization code in 95 % of the samples or more are left out, with a note, or raise `TooShortError` if no
+    other is left.
     """
     columns = list(read_recording(path, options, for_fit=for_fit, copy=copy))
     for column in columns:
@@ -442,10 +404,9 @@ def read_columns(
 
 
 def _without_locked(path: str, columns: list[Recording]) -> list[Recording]:
-    """List of the columns that do not always repeat one value.
+    """The columns without those in which one quantization code makes up 95 % of the samples or more; prints a note on each.
 
-    A column is left out if one quantization code makes up 95 % of its samples or more. Prints a line on standard error
-    for each such column. Raises `TooShortError` if no column is left.
+    Raises `TooShortError` if no column is left.
     """
     from allanite.fit.locked import locked_error
 
@@ -475,16 +436,9 @@ def read_recording(
 ) -> Recording:
     """`Recording` of the sensor columns in a log file: read, cut, averaged and converted as the command-line options say.
 
-    `path` is the file, or ``-`` for standard input; `copy` is then a file with its content, if it was already read. With
-    `for_fit`, a log that is mostly motion raises `InputError`, unless the options allow motion. Findings about motion are
-    printed on standard error; not with --quiet or --json.
-
-    Raises
-    ------
-    InputError
-        No column changes, the unit contradicts gravity, or the log is mostly motion.
-    TooShortError
-        Fewer than 16 samples.
+    `path` is the file, or ``-`` for standard input; `copy` is then a file with its content, if it was already read.
+    Raises `InputError` if no column changes, the unit contradicts gravity, or, with `for_fit`, the log is mostly motion
+    and the options do not allow motion. Raises `TooShortError` below 16 samples.
     """
     from allanite.readers import read
 
@@ -498,10 +452,9 @@ def read_recordings(
     options: LogOptions,
     check_columns: Callable[[Sequence[Recording]], None] | None = None,
 ) -> list[Recording]:
-    """List of `Recording`, one for each sampling rate of a log, after --trim, --decimate and --output-unit.
+    """One `Recording` for each sampling rate of a log, after --trim, --decimate and --output-unit and their checks.
 
-    `check_columns` gets the recordings as they were read, before --trim and the checks, and may raise an error. The
-    checks and their errors are those of `read_recording`.
+    `check_columns` gets the recordings as they were read and may raise an error.
     """
     from allanite.readers import read_sensors
 
@@ -517,9 +470,7 @@ def _prepared_recording(
 ) -> Recording:
     """Recording after --trim, the test for motion and gravity, --decimate and --output-unit, in this order.
 
-    Findings about motion are printed. With `for_fit`, motion raises `InputError`, unless the options allow it. Also sets
-    the units in which results are printed (--output-unit). Raises `TooShortError` below 16 samples, and `InputError` if
-    no column varies or the recording is implausible.
+    Prints findings about motion, and sets the units in which results are printed (--output-unit).
     """
     from allanite.readers.plausibility import checked
 
@@ -559,8 +510,7 @@ def _prepared_recording(
 def is_shown_early(finding: Finding) -> bool:
     """True if a finding is printed before the computation: unused columns, other rate, raw counts, motion, missing unit.
 
-    A missing unit counts only if it is a warning. For a column that may belong to a clock it is a remark, printed
-    later.
+    A missing unit counts only if it is a warning: a column that may belong to a clock only gets a later remark.
     """
     kinds = ("not_used", "other_rate", "raw_counts", "quiet_stretch", "motion")
     return finding.kind in kinds or (finding.kind, finding.severity) == ("no_unit", "warning")
@@ -573,11 +523,7 @@ def finding_line(finding: Finding, options: LogOptions) -> str:
 
 
 def _show_early_findings(recording: Recording, options: LogOptions) -> None:
-    """Print early findings on standard error; nothing with --quiet or --json.
-
-    These are findings after which a user may call the command differently, such as a missing unit, and findings about
-    motion.
-    """
+    """Print findings on standard error after which a user may call the command differently; not with --quiet or --json."""
     from allanite.recording.at_rest import motion_findings
 
     if not (options.quiet or options.as_json):

@@ -44,10 +44,7 @@ def json_text(document: Any) -> str:
 
 
 def print_results(results: Sequence[Any], options: LogOptions) -> None:
-    """Print results, one per column, as tables separated by blank lines, or with --json as one JSON document.
-
-    One result is the document itself; several are in its list ``columns``.
-    """
+    """Print results, one per column, as tables separated by blank lines, or with --json as one JSON document."""
     if options.as_json:
         click.echo(json_text(document_of(results)))
     else:
@@ -55,11 +52,7 @@ def print_results(results: Sequence[Any], options: LogOptions) -> None:
 
 
 def document_of(results: Sequence[Any]) -> dict[str, Any]:
-    """Dict for JSON of results, one per column: for a single result, its own dict.
-
-    For several, the dict has the schema of the first result, and all their dicts in the list ``columns``. Raises
-    `IndexError` without results.
-    """
+    """Dict of a single result; several results are in the list ``columns``, with the schema of the first."""
     documents: list[dict[str, Any]] = [result.to_dict() for result in results]
     if len(documents) == 1:
         return documents[0]
@@ -67,18 +60,14 @@ def document_of(results: Sequence[Any]) -> dict[str, Any]:
 
 
 def terminal_width() -> int:
-    """Characters per line: environment variable COLUMNS if set, otherwise the width of the terminal, otherwise 100.
-
-    It is at least 60.
-    """
+    """Characters per line, at least 60: COLUMNS if set, otherwise the width of the terminal, otherwise 100."""
     return max(get_terminal_size((100, 24)).columns, 60)
 
 
 def wrapped_to_terminal(text: str) -> str:
     """Text with long sentences wrapped at the terminal's width; rows of tables stay on one line.
 
-    A line with two blanks in a row counts as a row of a table. If the output goes to a file or another program, the
-    text is unchanged.
+    A line with two blanks in a row counts as a row of a table. Without a terminal, the text is unchanged.
     """
     if not sys.stdout.isatty():
         return text
@@ -98,11 +87,7 @@ def wrapped_to_terminal(text: str) -> str:
 
 
 def print_findings(columns: Sequence[Record], options: LogOptions, log: str = "") -> None:
-    """Print the findings of the audit on standard output, below the name of the log if it is given.
-
-    Findings that were printed before the computation are not printed again. Prints nothing with --quiet or --json; a
-    JSON document contains the findings.
-    """
+    """Print the findings that were not shown before the computation, below the name of the log if it is given."""
     if options.as_json or options.quiet:
         return
     from allanite.recording.findings import merged
@@ -117,10 +102,7 @@ def print_findings(columns: Sequence[Record], options: LogOptions, log: str = ""
 
 
 def check_targets(plot: str | None = None, save: str | None = None) -> None:
-    """Raise `InputError` if --plot or --save names no possible file; nothing is written, and None is not tested.
-
-    --plot must end in .svg, .png or .pdf. The folder of a file must exist, and the path must not be a folder.
-    """
+    """Raise `InputError` if --plot or --save names no possible file; nothing is written."""
     if plot is not None:
         if Path(plot).suffix.lower() not in (".svg", ".png", ".pdf"):
             raise InputError(f"--plot {plot}: the name must end in .svg, .png or .pdf")
@@ -135,11 +117,7 @@ def save_fits(fits: Sequence[Fit], path: str) -> None:
 
 
 def save_figures(figures: Iterable[Figure], names: Sequence[str], path: str | None) -> None:
-    """Write each figure to a file; does nothing, and draws nothing, if `path` is None.
-
-    `names` has one name per figure. For a single figure, the file is `path`. Otherwise the name is appended:
-    ``plot-gyro_x.svg`` for the path ``plot.svg``.
-    """
+    """Write each figure to `path`, or several to ``plot-gyro_x.svg`` and so on; draws nothing if `path` is None."""
     if path is None:
         return
     for figure, name in zip(figures, names, strict=True):
@@ -186,9 +164,9 @@ def progress_of_axes(
 ) -> Iterator[Callable[[str, int, int], None] | None]:
     """Context with a callback (column, steps done, all steps) that draws the progress of all axes.
 
-    After the first step, the callback also prints a range of the total time. Its lower end is the time of this step times
-    the number of axes per thread; its upper end is five times as long. The callback is None with --quiet, or if standard
-    error is no terminal.
+    After the first step, the callback also prints a range of the total time. Its lower end is the time of this step
+    times the number of axes per thread; its upper end is five times as long. The callback is None with --quiet, or if
+    standard error is no terminal.
     """
     if options.quiet or not sys.stderr.isatty():
         yield None

@@ -31,10 +31,7 @@ def shown_path(path: str) -> str:
 
 @contextmanager
 def log_file(path: str) -> Iterator[Path]:
-    """Context with the path of a log; raises `InputError` if standard input is closed or too long.
-
-    Standard input (``-``) is copied to a temporary file, which is deleted at the end. Other paths are not checked.
-    """
+    """Context with the path of a log; standard input (``-``) is copied to a temporary file."""
     if path != STANDARD_INPUT:
         yield Path(path)
         return
@@ -53,12 +50,7 @@ def log_file(path: str) -> Iterator[Path]:
 def _spool_input(head: bytes, stream: IO[bytes], spool: Path) -> None:
     """Copy standard input to the new file `spool`: `head`, the bytes already read, then the rest of `stream`.
 
-    An empty `head` means that the input is empty; the file is then empty, too.
-
-    Raises
-    ------
-    InputError
-        The data exceed half of the free space, or the file cannot be written.
+    Raises `InputError` if the data exceed half of the free space, or the file cannot be written.
     """
     folder = gettempdir()
     try:
@@ -81,9 +73,6 @@ def _spool_input(head: bytes, stream: IO[bytes], spool: Path) -> None:
 
 @contextmanager
 def errors_name_input(file: Path, path: str) -> Iterator[None]:
-    """Context for reading `file`, in which errors name standard input instead of this temporary file.
-
-    This applies if `path`, the path that the user gave, is ``-``. Otherwise errors are unchanged.
-    """
+    """Context for reading `file`, in which errors name standard input instead if `path` is ``-``."""
     with about(INPUT_NAME if path == STANDARD_INPUT else None, instead=file):
         yield

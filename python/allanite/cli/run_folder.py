@@ -75,8 +75,7 @@ class RunFolder:
     def start_model(self, column: Recording, model: Model) -> Model:
         """Model that an earlier run saved for the same samples, options and start model `model`; otherwise `model`.
 
-        It is also `model` if the saved file is damaged. Prints a line if a saved model is found. Stores the digest of
-        samples, options and start model, which `write` saves.
+        Prints a line if a saved model is found. Stores the digest of these inputs, which `write` saves.
         """
         from allanite.effects.files import model_from_dict
         from allanite.sources import documents_of
@@ -97,7 +96,7 @@ class RunFolder:
     def write(self, study: Study) -> None:
         """Write the model, table, parameter files and input digest of one axis to its folder; add its name to `finished`.
 
-        The axis is the column of the `study`. A format that needs several axes gets no file.
+        A format that needs several axes gets no file.
         """
         from allanite.axes.twin import sample_statistics
         from allanite.axes.working import working_states
@@ -128,10 +127,7 @@ class RunFolder:
 
     @contextmanager
     def finished_axes_named(self) -> Iterator[None]:
-        """Context that, after an interrupt by the user, prints the names of the finished axes, if there are any.
-
-        The interrupt (`KeyboardInterrupt`) passes on.
-        """
+        """Context that, after an interrupt by the user, prints the names of the finished axes, if there are any."""
         try:
             yield
         except KeyboardInterrupt:
@@ -142,9 +138,9 @@ class RunFolder:
             raise
 
     def finish(self, found: Characterization) -> list[str]:
-        """Write the models, figure, report and parameter files of all axes; returns the list of the written paths.
+        """Write the models, figure, report and parameter files of all axes; returns the written paths.
 
-        Prints a warning for each parameter file, figure or report that could not be made, and goes on.
+        Prints a warning for each file that could not be made, and goes on.
         """
         texts = {self.path / MODELS: json_text(found.to_dict()) + "\n"}
         axes = axes_of(found) if self.targets else []

@@ -13,10 +13,7 @@ from allanite.common.memory import address_space
 
 
 def internal_error_message(error: BaseException) -> str:
-    """Text about an internal error; the traceback is written to a temporary file, which the text names.
-
-    Without a writable folder, the text names no file.
-    """
+    """Text about an internal error; the traceback is in a temporary file, which the text names if it could be written."""
     what = f"{type(error).__name__}: {str(error)[:120]}"
     if address_space() < math.inf:
         # Libraries that cannot be loaded, or cannot start a thread, raise all kinds of errors.

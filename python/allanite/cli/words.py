@@ -33,7 +33,7 @@ WORDS = {
 def words_of(trim: str | None) -> dict[str, str]:
     """Dict that translates placeholders of error messages to command-line options, such as ``rate`` to ``--rate HZ``.
 
-    `trim` is the value of --trim or None. If it is given, ``this_span`` (a proposed part of the log) becomes --trim
-    without times: times found in the trimmed record are not those of the log.
+    After --trim (`trim`), ``this_span`` (a proposed part of the log) becomes --trim without times: times found in the
+    trimmed record are not those of the log.
     """
     return WORDS if trim is None else {**WORDS, "this_span": WORDS["trim"]}

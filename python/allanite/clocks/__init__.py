@@ -1,8 +1,6 @@
 """Clocks and time servers: time error, ITU-T masks, jumps, noise, holdover, and the noise of each of several clocks.
 
-Input: the phase of a clock (`timing`) or of several clocks (`three_cornered_hat`). Output: a `Timing` or the
-deviation of each clock with its interval. Add a mask to the table in `masks.py`, and a noise model for uneven times
-in `noise.py`.
+Add a mask to the table in `masks.py`, and a noise model for uneven times in `noise.py`.
 """
 
 from __future__ import annotations

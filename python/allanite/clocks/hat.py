@@ -224,11 +224,10 @@ def three_cornered_hat(
 def _differences_of_clocks(
     recording: Recording, pairs: list[tuple[str, str]] | None
 ) -> tuple[list[str], dict[tuple[str, str], Recording]]:
-    """Tuple (names of the clocks, dict from a pair of names (a, b) to the `Recording` of clock a minus clock b).
+    """(names of the clocks, dict from a pair of names (a, b) to the `Recording` of clock a minus clock b).
 
-    If `pairs` is None, each column is a clock, and the function subtracts the columns. Otherwise the columns are already
-    the differences that `pairs` names. Raises `InputError` for fewer than three clocks, for a pair of clocks without a
-    column, or if `pairs` is None and the columns seem to be differences.
+    If `pairs` is None, each column is a clock, and the columns are subtracted. Otherwise the columns are already the
+    differences that `pairs` names.
     """
     if pairs is None:
         names = list(recording.columns)
@@ -259,8 +258,7 @@ def _require_no_differences(names: list[str], samples: Array) -> None:
     """Raise `InputError` if three columns of `samples`, shape (n, clocks), are differences of clocks: A − B, B − C, C − A.
 
     With suitable signs, the sum of three such columns is constant. It counts as constant if its increments scatter less
-    than `MAX_RELATIVE_SUM` times those of the quietest of the three columns. With fewer than three rows without NaN,
-    nothing is tested.
+    than `MAX_RELATIVE_SUM` times those of the quietest of the three columns.
     """
     changes = np.diff(samples[np.isfinite(samples).all(axis=1)], axis=0)
     if len(changes) < 2:
@@ -278,10 +276,9 @@ def _require_no_differences(names: list[str], samples: Array) -> None:
 
 
 def _phase_of(one: Recording) -> Array:
-    """Phase in s of a recording of the difference of two clocks; NaN where samples are missing.
+    """Phase in s of a recording of the difference of two clocks, shape (n,); NaN where samples are missing.
 
-    A recorded phase is returned as it is, shape (n,). Frequencies are integrated to a phase of shape (n + 1,) that begins
-    at 0; missing frequencies count as 0 in the sum.
+    Frequencies are integrated to a phase of shape (n + 1,) that begins at 0; missing frequencies count as 0 in the sum.
     """
     if one.quantity == "angle":
         return np.asarray(one.samples, dtype=np.float64)
@@ -301,9 +298,8 @@ def _allan_differences(phase: Array, m: int, rate: float) -> Array:
 def _variances_of_clocks(names: list[str], allan: dict[tuple[str, str], Array]) -> Array | None:
     """Allan variance of each clock, shape (clocks,), from the Allan differences `allan` of all pairs of clocks.
 
-    For clock a and two others b and c, the variance of a is estimated by half the mean product of the differences a − b
-    and a − c (Groslambert covariance). The result is the mean over all b and c. None if two differences have no common
-    samples.
+    It is half the mean product of the differences a − b and a − c (Groslambert covariance), averaged over all b and c.
+    None if two differences have no common samples.
     """
     out = []
     for own in names:
@@ -321,13 +317,12 @@ def _variances_of_clocks(names: list[str], allan: dict[tuple[str, str], Array]) 
 def _deviation_intervals(
     scatter: Array, edf: float, variance: Array, rng: np.random.Generator
 ) -> tuple[Array, Array, NDArray[np.bool_]]:
-    """Tuple (low, high, detected) of arrays, shape (clocks,): 95 % interval of each Allan deviation; is it detected?
+    """(low, high, detected), shape (clocks,): 95 % interval of each Allan deviation; is it detected?
 
     If a deviation is not detected, `low` is 0 and `high` is its 95 % upper limit. The ends are quantiles of Monte Carlo
     draws of the clock variances v from their posterior distribution. `scatter`, shape (clocks − 1, clocks − 1), is the
     covariance of the Allan differences against the first clock. Its likelihood is a Wishart distribution with `edf`
     degrees of freedom. The prior density is 1/(v + e), where e is the standard error of the estimate at v = 0.
-    `variance` holds the estimates; `rng` advances.
     """
     size = float(np.trace(scatter)) / len(scatter)
     s = scatter / size

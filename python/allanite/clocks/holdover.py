@@ -52,10 +52,7 @@ class Holdover:
         return replace(self, **moved)
 
     def to_dict(self) -> dict[str, Any]:
-        """Dict for JSON with ``after_s``, ``expected_s``, ``std_s``, ``low_s`` and ``high_s``, all in s.
-
-        They are the time after the last sample, and the expected phase with its standard deviation and 95 % interval.
-        """
+        """Dict for JSON with ``after_s``, ``expected_s``, ``std_s``, ``low_s`` and ``high_s``."""
         return {f"{name}_s": value for name, value in fields_dict(self).items()}
 
     def __str__(self) -> str:
@@ -90,10 +87,10 @@ class PhaseModels:
     drifts: bool = False
 
     def spreads(self, fit: FittedNoise) -> Array:
-        """Array of trial values for the standard deviation of the normal prior of the drift; empty without a drift.
+        """Trial values, each twice the previous one, for the standard deviation of the normal prior of the drift.
 
-        Each value is twice the previous one. The first is 0.3 standard errors of the drift. The last is about 3 times the
-        drift's absolute value or standard error, whichever is larger.
+        The first is 0.3 standard errors of the drift. The last is about 3 times the drift's absolute value or standard
+        error, whichever is larger. Empty without a drift.
         """
         if not self.drifts:
             return np.zeros(0)
@@ -106,20 +103,12 @@ class PhaseModels:
 def holdovers_of(
     models: Sequence[PhaseModels], after: Sequence[float], designs: Sequence[Array]
 ) -> list[Holdover]:
-    """List of `Holdover` (predicted phase error without a reference), one for each time in `after`.
+    """One `Holdover` (predicted phase error without a reference) for each time in `after` (s after the last sample).
 
     Each is a Bayesian average over the noise models, their coefficients and the drift, because slow noise and drift are
-    hardly visible in the record. A model is weighted by its evidence; models with under 2 % of the total are left out.
-    The priors are uniform in the logarithm of each coefficient, and of the width of the prior of the drift.
-
-    Parameters
-    ----------
-    models : sequence of PhaseModels
-        Models without a drift, and with one.
-    after : sequence of float, shape (m,)
-        Ascending times after the last sample, s.
-    designs : sequence of ndarray, shape (k, m)
-        Known functions (offset, frequency, drift, …) of each of the `models` at these times.
+    hardly visible in the record. Models with under 2 % of the total evidence are left out. The priors are uniform in
+    the logarithm of each coefficient, and of the width of the prior of the drift. `designs`, shape (k, m), are the
+    known functions of each of the `models` at these times.
     """
     parts = [
         _Part(own, fit, np.asarray(after, dtype=float), design)
@@ -141,13 +130,7 @@ def holdovers_of(
 
 
 class _Part:
-    """Prediction of the phase under one noise model, with or without a drift.
-
-    Attributes
-    ----------
-    log_evidence : float
-        Log-evidence of the model, nats.
-    """
+    """Prediction of the phase under one noise model, with or without a drift; `log_evidence` is in nats."""
 
     def __init__(self, models: PhaseModels, fit: FittedNoise, after: Array, design: Array) -> None:
         self._fit, self._series, self._design = fit, models.series, design
@@ -164,27 +147,22 @@ class _Part:
         self.log_evidence = float(self._height + np.log(self._relative(likelihoods).sum()))
 
     def _predicted(self, noise: StampedNoise) -> tuple[Array, Array, Array]:
-        """Tuple (logL, mean, variance) of the prediction of the phase with the noise coefficients `noise`.
+        """(logL, mean, variance) of the prediction of the phase with the noise coefficients `noise`.
 
-        For each of the p prior widths of the drift, logL has the log-likelihood, shape (p,). `mean` (s) and `variance` (s²)
-        are those of the phase at each of the m prediction times, shape (p, m).
+        logL has one value per prior width of the drift, shape (p,). `mean` (s) and `variance` (s²) are those of the
+        phase at each of the m prediction times, shape (p, m).
         """
         return self._series.predicted(noise, self._times, self._design, self._spreads)
 
     def _relative(self, likelihoods: Array) -> Array:
-        """Unnormalized posterior weight of each prior width of the drift, an array of the shape of `likelihoods`.
-
-        `likelihoods` are log-likelihoods; their last axis runs over the prior widths. The weight of width k is
-        exp(likelihoods[…, k] − likelihoods[…, 0]) times the prior probability of this width.
-        """
+        """Unnormalized posterior weight of each prior width of the drift, the last axis of `likelihoods` (logL)."""
         return np.asarray(self._prior * np.exp(likelihoods - likelihoods[..., :1]))
 
     def points(self, top: float) -> tuple[Array, Array, Array]:
-        """Tuple (weights, means, variances) of q normal distributions; their mixture predicts the phase with this model.
+        """(weights, means, variances) of q normal distributions; their mixture predicts the phase with this model.
 
-        They represent the posterior of the noise coefficients and the drift. Weights have shape (q,), means (s) and
-        variances (s²) the shape (q, times). The weights are not normalized: they are evidences divided by e^`top`, so
-        that those of several models can be compared.
+        Weights have shape (q,), means (s) and variances (s²) the shape (q, times). The weights are evidences divided by
+        e^`top`, so that those of several models can be compared.
         """
 
         def prediction_of(noise: StampedNoise) -> tuple[float, tuple[Array, Array, Array]]:

@@ -47,19 +47,12 @@ class Jump:
 
 
 def jumps_of(times: Array, values: Array) -> list[Jump]:
-    """List of `Jump` of a phase in order of time: permanent steps, and outliers of a single sample.
+    """Permanent steps, and outliers of a single sample, of a phase (s) in order of time (s).
 
-    The median frequency is subtracted first. A jump is a change between neighboring samples that is too large for normal
-    noise: among all changes of a record, noise exceeds this limit in one record of a hundred. After a pause of k sampling
-    intervals, the limit is k times as large. A jump is an outlier if less than half of it remains after the next change;
-    that change is then no jump of its own.
-
-    Parameters
-    ----------
-    times : ndarray, shape (n,)
-        Times of the samples, s.
-    values : ndarray, shape (n,)
-        Phase, s.
+    The median frequency is subtracted first. A jump is a change between neighboring samples that is too large for
+    normal noise: among all changes of a record, noise exceeds this limit in one record of a hundred. After a pause of k
+    sampling intervals, the limit is k times as large. A jump is an outlier if less than half of it remains after the
+    next change; that change is then no jump of its own.
     """
     from scipy.special import ndtri
 

@@ -46,10 +46,7 @@ class Piece:
     terms: tuple[tuple[float, float], ...]
 
     def at(self, tau: Array) -> Array:
-        """Value in ns of the formula of this piece of a limit, Σ c·τ^p, at the averaging times `tau` (s), shape of `tau`.
-
-        The range of τ for which the piece holds is not tested.
-        """
+        """Limit in ns, Σ c·τ^p, at the averaging times `tau` (s), without a test of their range."""
         return np.sum([coefficient * tau**power for coefficient, power in self.terms], axis=0)
 
 
@@ -236,13 +233,7 @@ MASKS: Mapping[str, Mask] = MappingProxyType({mask.name: mask for mask in _MASKS
 
 
 def mask_named(name: str) -> Mask:
-    """`Mask` with this name; upper and lower case and spaces at the ends do not matter.
-
-    Raises
-    ------
-    InputError
-        No mask has this name; the message lists all names.
-    """
+    """`Mask` with this name, without regard to case; raises `InputError` with a list of all names if there is none."""
     found = next((mask for key, mask in MASKS.items() if key.lower() == name.strip().lower()), None)
     if found is None:
         raise InputError(f"unknown mask {name!r}; known masks: {', '.join(MASKS)}")

@@ -28,8 +28,8 @@ def thinned_indices(n: int) -> NDArray[np.int64]:
     """Ascending indices of those of n samples that a fit uses, shape (k,): all recent ones, ever fewer of the older ones.
 
     These are the last 1024 samples, every second one of the 1024 before, every fourth one of the 2048 before those, and
-    so on. The likelihood accepts samples at any times. The dense samples at the end determine fast noise and the present
-    phase, the sparse samples before them determine slow noise.
+    so on. The dense samples at the end determine fast noise and the present phase, the sparse samples before them
+    determine slow noise.
     """
     rows: list[NDArray[np.int64]] = []
     end, stride = n, 1
@@ -45,18 +45,15 @@ def thinned_indices(n: int) -> NDArray[np.int64]:
 def clock_noise(
     series: StampedSeries, rate: float, progress: Callable[[int], None] | None = None
 ) -> list[FittedNoise]:
-    """List of `FittedNoise`, one for each sum of clock noises that was tried, highest evidence first.
+    """One `FittedNoise` for each sum of clock noises that was tried, highest evidence first.
 
-    `progress` is called with the number of fits so far. The search starts with the best single noise or pair. Each step
-    adds, removes or replaces the one noise that raises the evidence most, until no step raises it.
+    The search starts with the best single noise or pair. Each step adds, removes or replaces the one noise that raises
+    the evidence most. `progress` is called with the number of fits so far.
     """
     fits: dict[tuple[int, ...], FittedNoise] = {}
 
     def fit(places: tuple[int, ...], start: FittedNoise | None = None) -> FittedNoise:
-        """`FittedNoise` of the sum of the noises with the indices `places` in `EFFECTS`.
-
-        Each sum is fitted once and stored in `fits`; `start` is a fit from which the optimization begins.
-        """
+        """`FittedNoise` of the sum of the noises with the indices `places` in `EFFECTS`, cached in `fits`."""
         if places not in fits:
             candidate = Candidate(tuple(EFFECTS[i] for i in places))
             fits[places] = fit_noise(series, candidate, rate, integrated_noise, start)

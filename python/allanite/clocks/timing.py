@@ -324,9 +324,8 @@ def timing_columns(recording: Recording, **options: Unpack[TimingOptions]) -> Ti
 def _require_phase(recording: Recording) -> None:
     """Raise `InputError` unless the samples can be the phase of a clock.
 
-    They are no phase if they have another unit, such as deg/s, if the log states that they are a fractional frequency, or
-    if they are rates (`quantity` is not ``"angle"``). A phase in s and a fractional frequency both have the unit 1 in a
-    recording, so the unit of the column in the log is examined.
+    A phase in s and a fractional frequency both have the unit 1 in a recording, so the unit of the column in the log is
+    examined.
     """
     other = next((u for u in recording.units if parse_unit(u).kind != FREQUENCY), None)
     if other is not None:
@@ -357,9 +356,7 @@ def _timing_of_column(
 ) -> Timing:
     """`Timing` of one column; `report`, if given, is called with the number of noise models fitted so far.
 
-    `steering` is None, or the name of a covariate with the frequency corrections of a servo and the factor that converts
-    its values to a fractional frequency. If it is given, the phase that the servo added is subtracted before the fit and
-    added to the holdover, and ``constant_error`` is None. Raises `TooShortError` for fewer than 32 samples.
+    The phase that a servo added (`steering`, as in `timing`) is subtracted before the fit and added to the holdover.
     """
     name = column.columns[0]
     # Samples may be in a multiple of seconds: the scale of the unit converts them.
@@ -419,10 +416,10 @@ def _timing_of_column(
 
 
 def _steered_phase(column: Recording, name: str, scale: float, times: Array) -> tuple[Array, float]:
-    """Tuple (phase that a servo has added since the first sample, s, shape (n,); fractional frequency that it set last).
+    """(phase that a servo has added since the first sample, s, shape (n,); fractional frequency that it set last).
 
     The frequency is the covariate `name` times `scale`, held until the next sample. A missing value is replaced by the
-    previous one, or by the first known one. Raises `InputError` if the covariate does not exist or is empty.
+    previous one, or by the first known one.
     """
     if name not in column.covariates:
         raise InputError(
@@ -461,26 +458,17 @@ class _PhaseFit:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Tuple of the names of the fitted functions, such as offset, frequency, temperature, ``jump 0`` and drift.
-
-        The drift is included only if it is detected.
-        """
+        """Names of the fitted functions, such as offset, frequency, temperature and ``jump 0``; drift only if detected."""
         return self.functions if self.drifts else self.functions[:-1]
 
     @property
     def series(self) -> StampedSeries:
-        """`StampedSeries` that was fitted: the phase, and functions such as offset, frequency and steps.
-
-        The drift is one of these functions only if it is detected.
-        """
+        """The phase and the known functions that were fitted; the drift is among them only if it is detected."""
         return self.models[self.drifts].series
 
     @property
     def fits(self) -> Sequence[FittedNoise]:
-        """Sequence of the fitted noise models (`FittedNoise`), highest evidence first.
-
-        All of them include a frequency drift if a drift is detected, and none otherwise.
-        """
+        """Fitted noise models, highest evidence first; they include a frequency drift if one is detected."""
         return self.models[self.drifts].fits
 
     @property
@@ -502,7 +490,8 @@ class _PhaseFit:
         """`_PhaseFit` of a phase (s): noise, offset, frequency, steps, temperature and drift; single outliers are removed.
 
         `there` is True where `phase` is finite. The temperature (`warmth`) is omitted if it is None, empty or constant.
-        The drift is detected if it raises logL by over ½ ln n. At most 32 steps are fitted; old samples are thinned out.
+        The drift is detected if it raises logL by over ½ ln n. At most 32 steps are fitted; old samples are thinned
+        out.
         """
         own, values = times[there], phase[there].copy()
         for jump in jumps:
@@ -541,10 +530,7 @@ class _PhaseFit:
         return cls(models, drifts, (*functions, "drift"), errors, freedom)
 
     def _amplitude(self, name: str, unit: str, factor: float = 1.0) -> Estimate | None:
-        """`Estimate` of the fitted amplitude of a function such as ``"drift"``, times `factor`, with the given `unit`.
-
-        None if this function was not fitted.
-        """
+        """Fitted amplitude of a function such as ``"drift"``, times `factor`; None if this function was not fitted."""
         if name not in self.names:
             return None
         i = self.names.index(name)
@@ -552,7 +538,7 @@ class _PhaseFit:
         return _estimate(name, value, factor * float(self.errors[i]), float(self.freedom[i]), unit)
 
     def frequency(self) -> Estimate:
-        """`Estimate` of the fractional frequency at the last sample, with 95 % interval.
+        """Fractional frequency at the last sample, with 95 % interval.
 
         It includes the flicker and random-walk FM up to this time, but not white FM, which has no value at an instant.
         """
@@ -572,10 +558,7 @@ class _PhaseFit:
         return self._amplitude("temperature", "1")
 
     def drift(self) -> Estimate:
-        """`Estimate` of the change of the fractional frequency per day.
-
-        If the data do not show a drift, the estimate is marked as not detected, with its value and 95 % interval.
-        """
+        """Change of the fractional frequency per day; marked as not detected if the data do not show a drift."""
         found = self._amplitude("drift", "1/d", 86400.0)
         if found is not None:
             return found
@@ -595,7 +578,7 @@ class _PhaseFit:
         return float(np.sqrt(alone.regressed(self.best.noise).covariance[0, 0]))
 
     def holdover(self, after: Sequence[float]) -> list[Holdover]:
-        """List of `Holdover`, one for each time in `after` (s after the last sample), in the same order; can be empty.
+        """One `Holdover` for each time in `after` (s after the last sample).
 
         The temperature, if it was fitted, is assumed to stay at its mean over the last tenth of the record.
         """
@@ -621,8 +604,7 @@ def _estimate(name: str, value: float, error: float, freedom: float, unit: str) 
 def _verdict_text(verdict: Verdict, duration: float) -> str:
     """Line of text about one limit of a mask: ``G.8272-A tdev: passes: 1.2 ns at τ = 10 s, limit 3 ns``.
 
-    A known interval follows in parentheses. Without a measured value, or if undecided for a short record, the text ends
-    with the length of record that the mask needs. `duration` (s) is the length of the record.
+    `duration` (s) is the length of the record.
     """
     head = f"{verdict.mask} {verdict.kind}: {verdict.result}"
     if verdict.measured is None or verdict.limit is None:

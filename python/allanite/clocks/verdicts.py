@@ -70,18 +70,10 @@ class Verdict:
 
 
 def verdicts(mask: Mask, phase: Array, rate: float) -> list[Verdict]:
-    """List of `Verdict`, one for each limit of a mask: MTIE and TDEV, then the time errors that the mask limits.
+    """One `Verdict` for each limit of a mask: MTIE and TDEV, then time error and constant time error, if it limits them.
 
-    These are the time error and the constant time error; a mask may limit neither. MTIE and TDEV are those of the phase
-    after the low-pass of the mask, if it has one.
-
-    Parameters
-    ----------
-    mask : Mask
-    phase : ndarray, shape (n,)
-        Time error in s on a regular grid, NaN where missing.
-    rate : float
-        Sampling rate, Hz.
+    `phase` is the time error in s on a regular grid, NaN where missing. MTIE and TDEV are those of the phase after the
+    low-pass of the mask, if it has one.
     """
     filtered = phase if mask.filter_hz is None else low_pass_filtered(phase, rate, mask.filter_hz)
     out = [
@@ -103,7 +95,7 @@ def _verdict_on_error(
 ) -> Verdict:
     """`Verdict` on the largest of |`errors`| (s) against its limit (s), for a record of this duration (s).
 
-    ``fails`` above the limit. Otherwise ``passes``, or ``undecided`` for a record shorter than 1000 s or no `errors`.
+    ``undecided`` for a record shorter than 1000 s or no `errors`.
     """
     largest = float(np.nanmax(np.abs(errors))) if errors.size else None
     result = "undecided"
@@ -127,8 +119,7 @@ def _verdict_on_deviation(mask: str, kind: str, limit: Limit, phase: Array, rate
 
     ``fails`` if the lower end of a 95 % interval exceeds the limit. ``passes`` needs a record as long as the mask
     requires. In addition no upper end may exceed the limit at τ up to 1/12 of the record (MTIE: the record). Otherwise
-    ``undecided``, also if no τ can be used. A deviation without an interval is compared itself. The numbers are those at
-    the worst τ.
+    ``undecided``. A deviation without an interval is compared itself.
     """
     _, high_tau = limit.span
     last = high_tau if np.isfinite(high_tau) else limit.pieces[-1].low
@@ -167,10 +158,9 @@ def _verdict_on_deviation(mask: str, kind: str, limit: Limit, phase: Array, rate
 
 
 def _measured_deviation(kind: str, limit: Limit, phase: Array, rate: float) -> Deviation:
-    """`Deviation` of a phase (s), TDEV or MTIE as `kind` says, at ten averaging times per decade in the range of the limit.
+    """TDEV or MTIE of a phase (s) at ten τ per decade in the range of the limit, and where its formula changes.
 
-    Averaging times at which the formula of the limit changes are added. Raises `TooShortError` if no averaging time of
-    the limit fits into the record.
+    Raises `TooShortError` if no averaging time of the limit fits into the record.
     """
     estimator = getattr(deviation, kind)
     low, high = limit.span
@@ -189,7 +179,7 @@ def _measured_deviation(kind: str, limit: Limit, phase: Array, rate: float) -> D
 
 
 def low_pass_filtered(phase: Array, rate: float, cutoff: float) -> Array:
-    """Phase after a first-order low-pass filter with this cutoff (Hz), shape and unit of `phase`.
+    """Phase after a first-order low-pass filter with this cutoff (Hz).
 
     Missing samples are interpolated for the filter and stay missing.
     """
@@ -200,8 +190,7 @@ def low_pass_filtered(phase: Array, rate: float, cutoff: float) -> Array:
 def window_means(phase: Array, rate: float) -> Array:
     """Moving average of the phase over 1000 s, shape (k,): the mean of the finite samples in each window.
 
-    Windows begin at every sample. A window with more than half of its samples missing is left out. Empty for a record
-    shorter than one window.
+    A window with more than half of its samples missing is left out. Empty for a record shorter than one window.
     """
     m = round(AVERAGING_TIME * rate)
     if m < 1 or m > phase.size:

@@ -8,10 +8,7 @@ from allanite.common.numbers import number
 
 
 def time_text(seconds: float) -> str:
-    """Text of a time error with three digits, such as ``1.25 ns``; a dash for NaN.
-
-    The unit is the largest of s, ms, µs, ns and ps in which the error is at least 1; ps for smaller errors.
-    """
+    """Text of a time error with three digits in s, ms, µs, ns or ps, such as ``1.25 ns``; a dash for NaN."""
     if math.isnan(seconds):
         return "–"
     for name, size in (("s", 1.0), ("ms", 1e-3), ("µs", 1e-6), ("ns", 1e-9)):
@@ -23,8 +20,8 @@ def time_text(seconds: float) -> str:
 def powered_text(values: tuple[float, float], between: str) -> str:
     """Text of two numbers with a common power of ten and `between` between them: ``(1.230 ± 0.030)·10⁻¹⁰``.
 
-    The decimals are chosen so that the number closer to 0 has at least two digits. There is no power of ten if the larger
-    absolute value is from 10⁻³ to below 10⁴. NaN is written ``nan``.
+    The decimals are chosen so that the number closer to 0 has at least two digits. There is no power of ten if the
+    larger absolute value is from 10⁻³ to below 10⁴.
     """
     known = [abs(v) for v in values if math.isfinite(v) and v]
     if not known:

@@ -1,7 +1,6 @@
 """Comparison of logs, models and data sheets, and the acceptance test of a sensor.
 
-Input: recordings, models and a data sheet. Output: tables of ratios and verdicts, and figures. To add a figure of
-data sheets, name it in the `figures` of the parameter of an effect.
+To add a figure of data sheets, name it in the `figures` of the parameter of an effect.
 """
 
 from __future__ import annotations

@@ -78,11 +78,7 @@ class FigureVerdict:
 
     @property
     def texts(self) -> tuple[str, str, str]:
-        """Tuple of three texts with the unit of the sheet: limit, measured value, 95 % interval such as ``0.1 … 0.3 °/√h``.
-
-        If nothing was measured, the second text says why. If the low end is 0, the third text is ``at most 0.3 °/√h``; it
-        is ``none`` if the high end is infinite, too.
-        """
+        """Limit, measured value (or why there is none), and 95 % interval such as ``0.1 … 0.3 °/√h``, as texts."""
         interval = "none"
         if self.low > 0.0:
             interval = self.with_unit(f"{number(self.low, 4)} … {number(self.high, 4)}")
@@ -92,10 +88,7 @@ class FigureVerdict:
         return limit, measured_text(self.figure, self.measured), interval
 
     def to_dict(self) -> dict[str, Any]:
-        """Dict for JSON: name, printed, unit, limit, measured, interval, verdict, needs_s, remark.
-
-        ``interval`` is the list [low, high], with None for an infinite high; a missing number or remark is None.
-        """
+        """Dict for JSON; ``interval`` is the list [low, high], with None for an infinite high."""
         return {
             "name": self.figure.name,
             "printed": self.figure.value,
@@ -291,8 +284,7 @@ def accept(
 def accept_study(study: Study, own: DataSheet, margin: float = 0.0) -> Acceptance:
     """`Acceptance`: verdicts on the figures of a data sheet from the last fit of a finished study; nothing is fitted again.
 
-    `own` is the data sheet with only the figures of this kind of sensor. `margin` is the allowed excess over a figure, as
-    a fraction.
+    `own` is the data sheet with only the figures of this kind of sensor. `margin` is the allowed excess, as a fraction.
     """
     fit = study.fit
     tested = tuple(_verdict_on(figure, fit, margin) for figure in own.figures)
@@ -308,8 +300,7 @@ def _verdict_on(figure: Quoted, fit: Fit, margin: float) -> FigureVerdict:
     """`FigureVerdict`: does one figure of a data sheet hold, given the 95 % interval of this quantity in the fit?
 
     The limit is the figure times (1 + `margin`). If the quantity was not detected, the measured value is None, and the
-    interval begins at 0. If the fit has no interval for this quantity, the verdict is undecided, with a remark why. Other
-    remarks say why the minimum was not reached, or that no record would be long enough.
+    interval begins at 0. Without an interval, the verdict is undecided.
     """
     recording = fit.recording
     limit = figure.value * (1.0 + margin)
@@ -339,10 +330,7 @@ def _verdict_on(figure: Quoted, fit: Fit, margin: float) -> FigureVerdict:
 
 
 def _verdict_on_interval(low: float, high: float, limit: float) -> str:
-    """``"meets"`` if `high` is at most `limit`, ``"does not meet"`` if `low` exceeds `limit`, otherwise ``"undecided"``.
-
-    `low` and `high` are the ends of the interval of a measured value.
-    """
+    """``"meets"`` if `high` is at most `limit`, ``"does not meet"`` if `low` exceeds `limit`, otherwise ``"undecided"``."""
     if high <= limit:
         return MEETS
     return DOES_NOT_MEET if low > limit else UNDECIDED
@@ -353,11 +341,9 @@ def _needed_length(
 ) -> float | None:
     """Length of a record, s, whose 95 % interval would probably exclude the `limit`; None above 30 days.
 
-    `duration`, s, is the length of the tested record. `value`, `low` and `high` are its result and 95 % interval; `value`
-    is None if the effect was not detected. The returned length is at least 1.1 times the duration.
+    `value`, `low` and `high` are the result of a record of `duration` s and its 95 % interval; `value` is None if the
+    effect was not detected.
 
-    Notes
-    -----
     The width of an interval decreases with the square root of the length T. If an effect is not detected in white noise
     N, its upper limit is proportional to N T^(power - 1/2), where the unit of the effect is U s^power. The exponent of
     1/T is therefore 1/2 for B and for a minimum of the Allan deviation, 1 for K and 3/2 for R.

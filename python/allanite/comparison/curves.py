@@ -116,10 +116,10 @@ class Curves:
 
 
 def _comparison_groups(curves: Sequence[Drawn]) -> dict[int, list[int]]:
-    """Dict that says which curves are compared: index of a reference curve → list of the indices compared with it.
+    """Index of each reference curve → list of the indices of the curves that are compared with it.
 
-    The reference is the first curve of its group. Curves of one kind of sensor form a group if their names end in the
-    same word, the column. A curve whose column occurs only once joins the first group of its kind of sensor.
+    Curves of one kind of sensor form a group if their names end in the same word, the column. A curve whose column
+    occurs only once joins the first group of its kind of sensor.
     """
     columns = [curve.name.rpartition(" ")[2] for curve in curves]
     kinds = [parse_unit(curve.unit).kind for curve in curves]
@@ -141,10 +141,9 @@ def _comparison_tables(curves: Sequence[Drawn], first: int, others: Sequence[int
     logs = [_log_values(curve, tau) for curve in curves]
 
     def cells(i: int) -> list[tuple[str, ...]]:
-        """List of tuples of texts for curve number `i` in a comparison table: a header, then one tuple per averaging time.
+        """Cells of curve number `i` in a comparison table: a header, then one tuple per averaging time of curve `first`.
 
-        A tuple is (deviation, ratio to the deviation of curve `first`), or only (deviation,) if `i` is `first`. The
-        averaging times are those of curve `first`. A dash stands where curve `i` has no value.
+        A tuple is (deviation, ratio to curve `first`), or only (deviation,) if `i` is `first`.
         """
         head = f"[{i + 1}] {printed(curves[i].unit)}"
         values = ["–" if np.isnan(v) else number(float(np.exp(v))) for v in logs[i][0]]
@@ -168,10 +167,7 @@ def _comparison_tables(curves: Sequence[Drawn], first: int, others: Sequence[int
 
 
 def _in_figure_unit(curve: Drawn) -> Drawn:
-    """Copy of a curve (`Drawn`), converted to the unit in which figures show this kind of sensor.
-
-    The same object if it has this unit already.
-    """
+    """Copy of a curve, converted to the unit in which figures show this kind of sensor."""
     from allanite.effects.sheet_units import figure_unit
 
     unit = figure_unit(curve.unit)
@@ -188,7 +184,7 @@ def _in_figure_unit(curve: Drawn) -> Drawn:
 
 
 def _log_values(curve: Drawn, tau: Array) -> Array:
-    """Array of shape (3, k): logarithms of the deviation and of both ends of its interval at k averaging times (s).
+    """Logarithms of the deviation and of both ends of its interval at k averaging times (s), shape (3, k).
 
     They are interpolated linearly over ln τ. Without an interval, its ends are the deviation. NaN where τ is more than
     0.1 % outside of the curve.
@@ -205,8 +201,7 @@ def _log_values(curve: Drawn, tau: Array) -> Array:
 def _ratio_text(one: Array, other: Array) -> str:
     """Text ``1.23 (1.1 … 1.4)``: ratio of two deviations with its 95 % interval, from their logarithms (`_log_values`).
 
-    Without the interval if neither deviation has one, or if it is infinite. A dash if a deviation is unknown. The two
-    deviations are taken as independent, with errors that add in the logarithm.
+    The two deviations are taken as independent, with errors that add in the logarithm.
     """
     middle = one[0] - other[0]
     if np.isnan(middle):

@@ -38,11 +38,7 @@ class Row:
 
     @property
     def texts(self) -> tuple[str, str, str]:
-        """Tuple of texts: value of the sheet, measured value, both with the unit of the sheet, and ratio with interval.
-
-        The ratio is ``1.02 (0.98 … 1.06)``. If the effect was not detected, the measured value says so, and the ratio is
-        ``< 1.06`` (the upper end), or ``?`` without an interval.
-        """
+        """Texts of the sheet's value, the measured value, and their ratio: ``1.02 (0.98 … 1.06)`` or ``< 1.06``."""
         ratio, interval = number(self.ratio.value), self.ratio.interval
         if not self.ratio.detected:
             ratio = f"< {number(interval[1])}" if interval else "?"
@@ -94,10 +90,9 @@ class Comparison:
 
 
 def measured_text(figure: Quoted, value: float | None) -> str:
-    """Text of a measured value with the unit that the sheet prints, or why there is none.
+    """Text of a measured value with the unit that the sheet prints, or ``not detected``.
 
-    Without a value, a coefficient is ``not detected``. The minimum of an Allan deviation that still falls at the longest
-    τ is ``not reached``.
+    The minimum of an Allan deviation that still falls at the longest τ is ``not reached``.
     """
     if value is not None:
         return f"{number(value, 4)} {printed(figure.unit)}"
@@ -173,9 +168,9 @@ def with_figures(model: Model, sheet: DataSheet) -> Model:
 
 
 def measured_figure(figure: Quoted, fit: Fit) -> Estimate | None:
-    """`Estimate` from a fit of the quantity that a data sheet states; None if the fitted model lacks this coefficient.
+    """The quantity that a data sheet states, a coefficient or the minimum of the Allan deviation, from a fit.
 
-    The quantity is a noise coefficient, or the minimum of the Allan deviation, which every fit has.
+    None if the fitted model lacks this coefficient.
     """
     if figure.coefficient == MINIMUM:
         return allan_minimum(fit)
@@ -186,22 +181,12 @@ def measured_figure(figure: Quoted, fit: Fit) -> Estimate | None:
 
 
 def allan_minimum(fit: Fit) -> Estimate:
-    """`Estimate` of the minimum of the Allan deviation over τ, in the unit of the recording, with its 95 % interval.
+    """Minimum of the Allan deviation over τ, in the unit of the recording, with its 95 % interval.
 
     The value is the measured deviation at the τ where the fitted model is lowest. Only τ with at least 40 degrees of
-    freedom are considered; if there are none, only the τ with the highest degrees of freedom. The upper end is the upper
-    limit of this measured point. The lower end is the minimum of the fitted curve with coefficients at their lower limits.
-    If no slow noise was detected, the curve still falls at the end of the record. Then the lower end is 0, and the minimum
-    counts as not detected.
-
-    Parameters
-    ----------
-    fit : Fit
-
-    Returns
-    -------
-    Estimate
-        Value and interval; `detected` is True if the record is long enough to show the minimum.
+    freedom are considered, if there are any. The upper end is the upper limit of this measured point. The lower end is
+    the minimum of the fitted curve with coefficients at their lower limits. If no slow noise was detected, the curve
+    still falls at the end of the record. Then the lower end is 0, and the minimum counts as not detected.
     """
     recording = fit.recording
     curve = recording.oadev(taus=12) if isinstance(recording, Recording) else recording.oadev()
@@ -220,8 +205,7 @@ def allan_minimum(fit: Fit) -> Estimate:
 def _lowest_deviation(fit: Fit) -> float:
     """Minimum over τ of the Allan deviation of the detected random effects, with coefficients at their lower limits.
 
-    τ goes up to 1000 times the length of the record. 0 if no effect has a positive lower limit, or if the deviation
-    still falls at the longest τ.
+    0 if no effect has a positive lower limit, or if the deviation still falls at 1000 times the length of the record.
     """
     effects = []
     for effect, estimates in zip(fit.model, fit.estimates, strict=True):
@@ -245,9 +229,9 @@ def _lowest_deviation(fit: Fit) -> float:
 
 
 def _remark_on_unit(figure: Quoted, ratio: Estimate) -> str:
-    """Text that names the typical mistake with units by which measured value and data sheet differ; empty if there is none.
+    """The typical mistake with units by which measured value and data sheet differ; empty if there is none.
 
-    Empty also if the coefficient was not detected. `ratio` is measured over stated value.
+    `ratio` is measured over stated value.
     """
     if not ratio.detected:
         return ""
@@ -263,7 +247,7 @@ def _log_ratio_tolerance(ratio: Estimate) -> float:
 def _remark_on_skipped_samples(
     figure: Quoted, ratio: Estimate, sheet: DataSheet, rate: float
 ) -> str:
-    """Text of a remark that samples seem to have been skipped, if aliasing explains the ratio of N; else empty.
+    """Remark that samples seem to have been skipped, if aliasing explains the ratio of N; else empty.
 
     Skipping raises N by a factor that follows from the bandwidth or rate in the sheet. The log alone cannot show this,
     because skipping samples of white noise leaves white noise.

@@ -1,5 +1,1 @@
-"""The commands, one module each.
-
-Input: the options of the command line. Output: text or JSON on standard output, and files. Add a command as a module
-with a function `command`, and its line of help in `cli/__init__.py`.
-"""
+"""The commands, one module each with a function `command`; its line of help is in `cli/__init__.py`."""

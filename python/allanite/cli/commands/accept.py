@@ -117,10 +117,7 @@ def command(
 
 
 def _csv_text(found: Sequence[Acceptance], log: str, serial: str, date: str) -> str:
-    """CSV text with a header and one row per axis and figure of the data sheet.
-
-    Numbers have up to six significant digits, the needed record length four; a missing number is an empty cell.
-    """
+    """CSV text with a header and one row per axis and figure of the data sheet; a missing number is an empty cell."""
     stream = io.StringIO()
     stream.write("log,serial,date,axis,figure,unit,limit,measured,low,high,verdict,needs_s\n")
     writer = csv.writer(stream, lineterminator="\n")

@@ -146,8 +146,7 @@ def _plot_all_columns(results: list[_Measured], path: str) -> None:
 def _plot_kinds(results: list[_Measured], kinds: int, path: str) -> None:
     """Write one figure per column, each with all deviations of this column.
 
-    `results` holds `kinds` results for the first column, then `kinds` for the second, and so on. With several columns,
-    the name of the column is appended to the file name `path`.
+    `results` holds `kinds` results for the first column, then `kinds` for the second, and so on.
     """
     from allanite.plots import plot_stability
 
@@ -161,7 +160,7 @@ def _plot_kinds(results: list[_Measured], kinds: int, path: str) -> None:
 def _measured_columns(
     log: str, file: Path, kinds: tuple[str, ...], taus: str, options: LogOptions
 ) -> list[_Measured]:
-    """List of `_Measured`: one deviation for each column of a log and each of the `kinds`, such as ``oadev``.
+    """One deviation for each column of a log and each of the `kinds`, such as ``oadev``.
 
     `file` holds the content of the log. A text log or NPY file larger than half of the free memory is read in chunks.
     This needs oadev as the only kind, octaves or a number per decade in `taus`, and neither --trim nor --decimate.
@@ -184,10 +183,9 @@ def _measured_columns(
 
 
 def _measured_in_chunks(log: str, file: Path, taus: str, options: LogOptions) -> list[_Measured]:
-    """List of `_Measured` with the overlapping Allan deviation of each column of a log that is read in chunks.
+    """Overlapping Allan deviation of each column of a log that is read in chunks.
 
-    Each deviation gets a diagnostic: the log is larger than half of the free memory. Raises `InputError` if `taus` states
-    0 or too many averaging times per decade.
+    Each deviation gets a diagnostic: the log is larger than half of the free memory.
     """
     from allanite.readers.long_log import summary_of_log
 
@@ -233,10 +231,7 @@ class _Measured:
         return f"{heading(self.recording)}\n{in_figure_unit(self.deviation)}"
 
     def plot(self) -> Figure:
-        """Figure of the deviation over τ, with its interval if there is one.
-
-        A dimensionless deviation is drawn as the stability of a clock, with the title and axis labels for this.
-        """
+        """Figure of the deviation over τ; a dimensionless deviation is drawn as the stability of a clock."""
         from allanite.plots import plot_deviation, plot_stability
 
         if self.deviation.unit == "1":

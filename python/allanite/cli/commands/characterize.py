@@ -172,10 +172,7 @@ def _write_documents(
     save: str | None,
     options: LogOptions,
 ) -> list[str]:
-    """Write the figure, the report and the JSON file of all axes, each if its path is given.
-
-    Returns the list of the written paths.
-    """
+    """Write the figure, the report and the JSON file of all axes whose paths are given; returns these paths."""
     if plot is not None:
         out.print_phase("writing the figure", options)
         out.save_figure(found.plot(), plot)
@@ -190,10 +187,9 @@ def _write_documents(
 def _working_recordings(
     working: str | None, options: LogOptions, at_rest: Sequence[Recording]
 ) -> list[Recording]:
-    """List of the recordings of the --working log (motors running), one for each sampling rate; empty without this option.
+    """Recordings of the --working log (motors running), one for each sampling rate; not trimmed, motion allowed.
 
-    The log is read with the given options, except that it is not trimmed and motion is allowed. Raises `InputError` or
-    `TooShortError` if its columns cannot be compared with those of the recordings at rest.
+    Raises `InputError` or `TooShortError` if its columns cannot be compared with those of the recordings at rest.
     """
     from allanite.axes.working import check_working
 
@@ -221,10 +217,7 @@ def _check_output_options(
     *,
     in_folder: bool,
 ) -> None:
-    """Raise `InputError` if an output file cannot be written, or if --export and --output do not fit together.
-
-    --export needs --output. An --output that is no folder needs --export.
-    """
+    """Raise `InputError` if an output file cannot be written, or if --export and --output do not fit together."""
     from allanite.report.document import checked_format
 
     out.check_targets(plot, save)
@@ -243,7 +236,7 @@ def _check_output_options(
 def _check_columns(target: str, recordings: Sequence[Recording]) -> None:
     """Raise `InputError` if a file of the target cannot hold these columns, for instance because they have no unit.
 
-    This is tested by exporting a simple model; nothing is written. For the target ``all``, only the units are tested.
+    This is tested by exporting a simple model. For the target ``all``, only the units are tested.
     """
     from allanite.effects.files import model_to_dict, parse_model
     from allanite.readers.unit_names import unit_remedy

@@ -125,10 +125,7 @@ def _is_table(item: str) -> bool:
 
 
 def _models_of_sheet(datasheet: str, columns: list[Any]) -> list[Any]:
-    """List of `NamedModel`: models from a data sheet for the kinds of sensor of these columns.
-
-    Empty if the sheet states too few values for a model, or if it describes no sensor of these kinds.
-    """
+    """Models from a data sheet for the kinds of sensor of these columns; empty if it states too few values."""
     kinds = {parse_unit(column.unit).kind for column in columns}
     try:
         found = models_of(datasheet)
@@ -138,7 +135,7 @@ def _models_of_sheet(datasheet: str, columns: list[Any]) -> list[Any]:
 
 
 def _is_log(item: str) -> bool:
-    """True if the item is a log: a file or folder that exists, or a name that ends like a log, such as .csv.
+    """True if the item is a file or folder that exists, or a name that ends like a log, such as .csv.
 
     False for a name that ends like a model file or data sheet, such as .json, even if it exists.
     """
@@ -148,11 +145,7 @@ def _is_log(item: str) -> bool:
 
 
 def _datasheet_comparisons(columns: list[Any], datasheet: str, model: str) -> list[Any]:
-    """List of `Comparison` objects, one for each column: fitted coefficients against a data sheet.
-
-    `model`, with the effects that the figures need, is fitted to each column. Columns whose kind of sensor the sheet does
-    not cover are skipped. Raises `InputError` if no column is left.
-    """
+    """Fitted coefficients of each column against a data sheet; columns that the sheet does not cover are skipped."""
     from allanite.comparison.datasheet import compare_datasheet, with_figures
     from allanite.effects.files import parse_model
     from allanite.sources.datasheet import read_datasheet

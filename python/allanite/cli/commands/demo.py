@@ -80,10 +80,7 @@ def command(output: str, seed: int, as_json: bool) -> None:
 
 
 def _verdict_sentence(study: Study) -> str:
-    """Sentence that says whether the search found the kinds of effects that the demo has hidden in the samples.
-
-    It names the missed ones, and the kinds that were added in excess.
-    """
+    """Sentence on whether the search found the hidden kinds of effects, with the missed and the excess ones."""
     from allanite.effects.strings import parse_with_units
 
     hidden = [effect.kind for effect in parse_with_units(HIDDEN, UNIT)[0]]

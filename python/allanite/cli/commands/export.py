@@ -105,11 +105,7 @@ def command(
 
 
 def _units_of(unit: str | None, models: tuple[str, ...]) -> list[str | None]:
-    """List with the unit (or None) of the samples of each model, from the text of --unit.
-
-    One unit holds for all models; several units, separated by commas, are those of the models in order. Without --unit,
-    every entry is None. Raises `InputError` if the number of units is neither 1 nor that of the models.
-    """
+    """Unit (or None) of the samples of each model, from the text of --unit: one for all, or one per model."""
     units = unit.split(",") if unit else [None]
     if len(units) == 1:
         return [units[0]] * len(models)

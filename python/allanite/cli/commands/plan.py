@@ -126,11 +126,7 @@ def command(
 
 
 def _effect_to_find(text: str, unit: str | None) -> Effect | str:
-    """Effect that the text of --find names, with coefficients for samples in the unit of the model.
-
-    A file name is returned unchanged, as a str. Raises `InputError` if the text is not exactly one effect, or if the effect
-    has a unit and the model has none.
-    """
+    """Effect that the text of --find names, in the unit of the model; the name of a file unchanged."""
     from allanite.effects.strings import parse_with_units
     from allanite.sources import is_source_file
 
@@ -155,10 +151,7 @@ def _effect_pair(text: str) -> tuple[str, str]:
 
 
 def _fraction_of(text: str) -> float:
-    """Fraction as a float from a text: 0.1 from ``10%`` or ``0.1``.
-
-    Raises `InputError` for other text, and for 1 or more without %.
-    """
+    """Fraction from a text: 0.1 from ``10%`` or ``0.1``; raises `InputError` for 1 or more without %."""
     try:
         number = float(text.strip().removesuffix("%"))
     except ValueError:

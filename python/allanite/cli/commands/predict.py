@@ -132,11 +132,10 @@ def command(
 def _models_to_predict(
     log: str | None, text: str, options: LogOptions, *, overbound: bool
 ) -> Iterator[tuple[str, Any, str, float, Recording | None]]:
-    """Yield the tuple (name, model, unit, rate in Hz, recording) for each column whose error growth is predicted.
+    """Yield (name, model, unit, rate in Hz, recording or None) for each column whose error growth is predicted.
 
-    With a log, the columns are those of the log, and a model without values is first fitted to each. Without a log, they
-    are those of the model file, and the recording is None. A coefficient that was not detected gets 0.64 times its 95 %
-    limit. With `overbound`, every noise coefficient gets its upper limit. Raises `InputError` if unit or rate is missing.
+    With a log, the columns are those of the log, and a model without values is first fitted to each. A coefficient that
+    was not detected gets 0.64 times its 95 % limit. With `overbound`, every noise coefficient gets its upper limit.
     """
     from allanite.exports import model_of_expected_size
     from allanite.recording.samples import find_column
@@ -171,10 +170,7 @@ def _models_to_predict(
 
 
 def _prediction_times(last: float, rate: float) -> list[float]:
-    """List of times in s at 1, 2 and 5 of each decade, ascending; the last one is exactly `last`.
-
-    They begin at `last`/1000, or at one sample if that is longer.
-    """
+    """Times in s at 1, 2 and 5 of each decade from `last`/1000 or one sample on; the last one is exactly `last`."""
     first = max(last / 1000.0, 1.0 / rate)
     decades = range(math.floor(math.log10(first)), math.ceil(math.log10(last)) + 1)
     times = [step * 10.0**decade for decade in decades for step in (1.0, 2.0, 5.0)]

@@ -82,10 +82,7 @@ def command(
 
 
 def _report_path(log: str, output: str | None) -> Path:
-    """Path of the report: that of --output, or ``NAME-report.html`` in the current folder for the log ``NAME.csv``.
-
-    Without --output, it is ``report.html`` for standard input.
-    """
+    """Path of the report: that of --output, or ``NAME-report.html`` in the current folder for the log ``NAME.csv``."""
     if output is not None:
         return Path(output)
     return Path(
@@ -94,11 +91,7 @@ def _report_path(log: str, output: str | None) -> Path:
 
 
 def _provenance_texts(logs: tuple[str, ...], model: str, options: LogOptions) -> dict[str, str]:
-    """Dict of texts with which a reader can repeat the report; its keys are logs, command, first model and seed.
-
-    The text ``command`` is the command line of this process without --quiet, if that is ``allanite report``. Otherwise
-    it is just ``allanite report``. Without a seed, the text ``seed`` says that nothing is random.
-    """
+    """Texts with which a reader can repeat the report; the keys are logs, command, first model and seed."""
     words = [w for w in sys.argv[1:] if w != "--quiet"]
     command = " ".join(["allanite", *words]) if words[:1] == ["report"] else "allanite report"
     seed = "none: nothing in a report is random" if options.seed is None else str(options.seed)

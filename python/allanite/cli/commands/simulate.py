@@ -150,9 +150,8 @@ def _simulate_all_axes(
 ) -> Recording:
     """Simulated `Recording` of every axis in a file of `allanite characterize --save`; prints the effects it omits.
 
-    `log` is the path of a log or None. Its logged columns, such as a temperature, drive the effects that depend on them.
-    If neither `duration` nor `samples` is given, the length, and the rate unless given, are those of this log. Raises
-    `InputError` if `path` is another kind of file, or if the log has no logged column.
+    The logged columns of `log`, such as a temperature, drive the effects that depend on them. If neither `duration` nor
+    `samples` is given, the length, and the rate unless given, are those of this log.
     """
     from allanite.axes.twin import twin
     from allanite.readers import read
@@ -181,10 +180,7 @@ def _simulate_all_axes(
 def _write_and_describe(
     recording: Recording, model: str, seed: int, output: str | None, as_json: bool
 ) -> None:
-    """Write a recording to the file `output` and print a line about this file, or JSON with `as_json`.
-
-    If `output` is None, print the recording as CSV.
-    """
+    """Write a recording to `output` and print a line or JSON about this file; without `output`, print it as CSV."""
     if output is None:
         write_csv(recording, None)
         return

@@ -94,10 +94,10 @@ def command(
 def _phase_and_corrections(
     log: str, options: LogOptions, *, as_logged: bool
 ) -> tuple[Recording, tuple[str, float] | None]:
-    """Tuple (phase, corrections): `Recording` of the phase in a log, and the frequency corrections of its servo.
+    """(`Recording` of the phase in a log, frequency corrections of its servo).
 
-    `corrections` is the pair (column name, phase in s that one unit adds per second). It is None if the log is not that
-    of a servo, or with `as_logged`.
+    The corrections are (column name, phase in s that one unit adds per second), or None without a servo or with
+    `as_logged`.
     """
     first = read_recording(log, options, for_fit=False)
     names = frozenset(column.name for column in first.log_columns)
@@ -110,10 +110,7 @@ def _phase_and_corrections(
 
 
 def _print_three_cornered_hat(logs: tuple[str, ...], options: LogOptions) -> None:
-    """Print the Allan deviation of each clock of one log, from a three-cornered hat, as a table or with --json as JSON.
-
-    The columns of the log are the clocks. Raises `InputError` for several logs.
-    """
+    """Print the Allan deviation of each clock of one log, whose columns are the clocks."""
     from allanite.clocks import three_cornered_hat
 
     if len(logs) > 1:

@@ -107,10 +107,9 @@ def command(
 
 
 def _output_unit_and_factor(unit: str, requested: str | None) -> tuple[str, float]:
-    """Tuple (unit of the results, factor by which the samples are multiplied to get this unit).
+    """(unit of the results, factor by which the samples are multiplied to get this unit).
 
-    Without `requested`, or if it equals `unit`, the tuple is (`unit`, 1). Lengths (m, cm, mm, um, nm) can be converted to
-    each other, as can times (s, ms, us, ns). Raises `InputError` for any other pair of units.
+    Lengths (m, cm, mm, um, nm) can be converted to each other, as can times (s, ms, us, ns).
     """
     if requested is None or requested == unit:
         return unit, 1.0

@@ -168,10 +168,7 @@ class _MotionWarning:
         self.samples: list[Any] = []
 
     def add(self, samples: Any) -> None:
-        """Add samples to those that will be tested for motion; samples after the first minute are ignored.
-
-        Once the first minute is complete, they are tested, and a warning is printed if there is motion.
-        """
+        """Add samples of the first minute; once it is complete, test it for motion."""
         if self.left:
             self.samples.append(samples[: self.left])
             self.left -= len(self.samples[-1])
@@ -203,10 +200,7 @@ class _WatchOutput:
         self.shown = watch.taken
 
     def advance(self, *, raised: bool) -> None:
-        """Print the state of the test as a JSON line if an alarm was `raised`.
-
-        Without an alarm, print it only if samples of --every seconds have arrived since the last line.
-        """
+        """Print the state of the test as a JSON line every --every seconds of samples, and if an alarm was `raised`."""
         if raised or self.watch.taken - self.shown >= self.samples:
             self._print()
 
