@@ -82,11 +82,10 @@ def fit_model(
 
 
 def _fit(recording: Recording | Summary, model: Model, method: str = "whittle") -> Fit:
-    """`Fit` of a model of any size by one method (see `fit_model`, which limits the number of effects).
+    """`Fit` of a model of any size by one method (`fit_model` limits the number of effects).
 
     Missing samples are replaced by draws from the model. The first and last sample count as missing if the jump between
-    them distorts the spectrum (`without_ends`). Several columns give a warning and `Fits` instead. Raises `InputError`
-    for an unknown method or values that do not suit the record, and `TooShortError` for a sensor with one constant code.
+    them distorts the spectrum (`without_ends`). Several columns give a warning and `Fits` instead.
     """
     if method not in METHODS:
         raise InputError(f"unknown method {method!r}; use one of {', '.join(METHODS)}")
@@ -163,10 +162,7 @@ def fit_columns(recording: Recording, model: Model | Effect | str, method: str =
 
 
 def _with_followed_column(model: Model, columns: list[str]) -> Model:
-    """Copy of a model in which effects that follow an unnamed logged column follow the only one in `columns`.
-
-    `model` itself unless there is exactly one column.
-    """
+    """Copy of a model in which effects that follow an unnamed logged column follow the only one in `columns`."""
     if len(columns) != 1:
         return model
     follow = [
@@ -178,8 +174,8 @@ def _with_followed_column(model: Model, columns: list[str]) -> Model:
 def refitted(fit: Fit, model: Model) -> Fit:
     """`Fit` of another model to the recording of `fit` by Whittle likelihood, whatever the method of `fit`.
 
-    If both models exclude the same samples, the prepared data of `fit` are reused, with the draws for missing samples.
-    Both likelihoods then refer to the same data. Otherwise the recording is prepared anew.
+    If both models exclude the same samples, the prepared data of `fit` are reused, with the draws for missing samples. Both
+    likelihoods then refer to the same data.
     """
     if [e for e in model if e.removes] != [e for e in fit.model if e.removes]:
         return _fit(fit.recording, model)
@@ -192,8 +188,7 @@ def fit_again(fit: Fit, model: Model) -> Fit:
     """`Fit` of another model to the recording of `fit` by the same method.
 
     A Whittle fit starts from the solution and the data of `fit`. Missing samples are drawn again if draws from the new
-    model would change logL by 0.02 nats or more. The recording is prepared anew if the first and last sample must be
-    masked (`without_ends`).
+    model would change logL by 0.02 nats or more.
     """
     if fit.method == "whittle":
         found = refitted(fit, model)
@@ -208,10 +203,10 @@ def fit_again(fit: Fit, model: Model) -> Fit:
 
 
 def _check_values(model: Model, n: int, rate: float) -> None:
-    """Raise InputError if values of a model do not suit a record of `n` samples at `rate` Hz; otherwise return nothing.
+    """Raise InputError if values of a model do not suit a record of `n` samples at `rate` Hz.
 
-    Refused are missing times of events (except optional ones), lines above half the sampling rate, and limits in s or
-    Hz that the record cannot resolve.
+    Refused are missing times of events (except optional ones), lines above half the sampling rate, and limits in s or Hz
+    that the record cannot resolve.
     """
     if missing := [
         f"{e.kind}.{p.name}"
@@ -233,10 +228,7 @@ def _check_values(model: Model, n: int, rate: float) -> None:
 
 
 def _check_limits(effect: Effect, name: str, n: int, rate: float) -> None:
-    """Raise InputError if the limits of the parameter `name` (s or Hz) exclude all values that the record can resolve.
-
-    The record has `n` samples at `rate` Hz.
-    """
+    """Raise InputError if the limits of the parameter `name` (s or Hz) exclude all values that the record can resolve."""
     grids = [variant.grid(name, n, rate) for variant in effect.variants()]
     first, last = 0.5 * min(g.min() for g in grids), 2.0 * max(g.max() for g in grids)
     if effect.periodic:

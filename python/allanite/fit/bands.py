@@ -28,18 +28,10 @@ BAND_DRAWS = 20_000
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Bands:
-    """Factors that convert a measured deviation into confidence intervals of the true deviation.
+    """Factors, shape (k,), that convert a measured deviation into intervals of the true deviation at confidence `level`.
 
-    Attributes
-    ----------
-    low_factor, high_factor : ndarray, shape (k,)
-        Measured deviation times these factors: interval of the true deviation at each τ separately.
-    low_everywhere, high_everywhere : ndarray, shape (k,)
-        Factors of the simultaneous interval for all τ.
-    edf : ndarray, shape (k,)
-        Exact equivalent degrees of freedom 2σ⁴/var(σ̂²).
-    level : float
-        Confidence level of both.
+    `low_factor` and `high_factor` are for each τ separately, `low_everywhere` and `high_everywhere` for all τ together.
+    `edf` are the exact equivalent degrees of freedom 2σ⁴/var(σ̂²).
     """
 
     low_factor: Array
@@ -62,33 +54,13 @@ def bands(
     """`Bands`: factors for pointwise and simultaneous intervals of a deviation whose noise is known.
 
     Each variance estimate is a sum of squares of Gaussian random numbers. With many equivalent degrees of freedom it is
-    treated as χ², with few as a sum weighted by eigenvalues. The simultaneous band is a pointwise band at a higher
-    level. At this level all correlated estimates stay inside together with the probability `level`.
+    treated as χ², with few as a sum weighted by eigenvalues. The simultaneous band is a pointwise band at a higher level.
+    At this level all correlated estimates stay inside together with the probability `level`.
 
-    Parameters
-    ----------
-    terms : sequence of Term
-        Spectral terms of the noise per sample, see `effects.terms`.
-    n : int
-        Number of samples of the record.
-    factors : array_like of int, shape (k,)
-        Averaging factors.
-    level : float
-        Confidence level between 0 and 1.
-    kind : {"oadev", "mdev", "hdev", "totdev"}
-        Estimator; `totdev` as in NIST SP 1065 eq. 25, without division by the published bias. The factors correct
-        the bias under the given noise instead.
-
-    Returns
-    -------
-    Bands
-
-    Raises
-    ------
-    InputError
-        A level outside (0, 1), or an unknown term or kind.
-    TooShortError
-        A factor too large for a complete difference.
+    `n` is the number of samples of the record, `factors`, shape (k,), are averaging factors. The estimator `kind` is
+    "oadev", "mdev", "hdev" or "totdev". The latter is that of NIST SP 1065 eq. 25, without division by the published bias;
+    the factors correct the bias under the given noise instead. `TooShortError` for a factor too large for a complete
+    difference.
     """
     if not 0.0 < level < 1.0:
         raise InputError(f"level {level:g} is not between 0 and 1")
@@ -115,10 +87,7 @@ def expected_variance(terms: Sequence[Term], factors: NDArray[np.int64]) -> Arra
 
 
 def degrees_of_freedom(terms: Sequence[Term], n: int, factors: ArrayLike) -> Array:
-    """Array of the exact equivalent degrees of freedom 2σ⁴/var(σ̂²) of an overlapping Allan variance, shape (k,).
-
-    `terms` are those of the noise, `n` is the number of samples, `factors`, shape (k,), are the averaging factors.
-    """
+    """Exact equivalent degrees of freedom 2σ⁴/var(σ̂²) of an overlapping Allan variance at `factors`, shape (k,)."""
     plain = [t.kernel for t in terms]
     m = np.atleast_1d(np.asarray(factors, dtype=np.int64))
     expected, variance = _kernels.allan_variances(plain, n, m)
@@ -133,11 +102,10 @@ def _quantiles(
     probabilities: list[float],
     kind: str,
 ) -> Array:
-    """Array of the quantiles, at `probabilities`, of the ratio of estimated to true variance at one averaging `factor`.
+    """Quantiles, at `probabilities`, of the ratio of estimated to true variance at one averaging `factor`.
 
-    `terms` are (name, parameters) of spectral terms, `kind` is the estimator as in `bands`, and `edf` its equivalent
-    degrees of freedom. For `edf` below 40 the exact distribution of the sum of squares is used. Otherwise, and for
-    quantization alone, it is that of χ².
+    For `edf` below 40 the exact distribution of the sum of squares is used. Otherwise, and for quantization alone, it is
+    that of χ².
     """
     from scipy.special import gammaincinv
 
@@ -147,9 +115,9 @@ def _quantiles(
 
 
 def _simultaneous_tail(correlation: Array, level: float) -> float:
-    """Tail probability at each end of a pointwise interval for which all intervals hold together with probability `level`.
+    """Tail probability at each end of pointwise intervals that hold together with probability `level`.
 
-    `correlation` is that of the estimates. The value comes from 20 000 normal draws with a fixed seed.
+    The value comes from 20 000 normal draws with a fixed seed.
     """
     from scipy.special import ndtr
 

@@ -85,7 +85,7 @@ def _with_narrow_bands(
 ) -> tuple[list[tuple[int, str]], Array]:
     """Pair: parameter names and covariance, in which narrow bands have the variances from single ordinates.
 
-    Parameters of narrow bands are uncorrelated with all others. Names that are not in `names` are appended.
+    Parameters of narrow bands are uncorrelated with all others.
     """
     variances: dict[tuple[int, str], float] = {}
     for place, effect in enumerate(solution.model):
@@ -108,10 +108,7 @@ def _with_narrow_bands(
 
 
 def _covariance(solution: Solution, data: Data, slopes: Array) -> Array:
-    """Array of the covariance of p parameters, shape (p, p), from the slopes ∂ln S/∂parameter, shape (bins, p).
-
-    The sandwich covariance if samples are missing, otherwise the inverse Fisher information.
-    """
+    """Covariance of p parameters, shape (p, p), from the slopes ∂ln S/∂parameter, shape (bins, p)."""
     if data.missing is None or data.gain is None:
         return _independent_covariance(solution, slopes)
     return _sandwich_covariance(data.missing, data.gain, data.bins, solution.weight, slopes)
@@ -126,16 +123,7 @@ def _sandwich_covariance(
 
     The estimate solves Σ_b w_b (I_b/S_b − 1) ∂lnS_b/∂φ = 0, with the measured power I_b and the model S_b of bin b. Its
     covariance is A⁻¹BA⁻¹ (Godambe): A = Σ_b w_b ∂lnS_b/∂φ (∂lnS_b/∂φ)ᵀ, and B follows from the covariance of the I_b/S_b
-    (`mixing_of`).
-
-    Parameters
-    ----------
-    missing, gain, bins
-        See `Data`.
-    weight : ndarray, shape (bins,)
-        Effective degrees of freedom.
-    slopes : ndarray, shape (bins, p)
-        ∂lnS_b/∂φ.
+    (`mixing_of`). `weight`, shape (bins,), are effective degrees of freedom; `slopes`, shape (bins, p), are ∂lnS_b/∂φ.
     """
     share = 1.0 - gain**2
     seen = known_ordinates(share, bins)
@@ -147,10 +135,7 @@ def _sandwich_covariance(
 
 
 def _independent_covariance(solution: Solution, slopes: Array) -> Array:
-    """Array of the covariance of p parameters, shape (p, p), if bins are independent: the inverse Fisher information.
-
-    `slopes` are ∂ln S/∂parameter, shape (bins, p).
-    """
+    """Covariance of p parameters, shape (p, p), if bins are independent: the inverse Fisher information."""
     fisher = information(solution.count, solution.weight, slopes)
     covariance = scaled_inverse(fisher)
     np.fill_diagonal(covariance, np.maximum(np.diag(covariance), 0.0))
@@ -160,8 +145,7 @@ def _independent_covariance(solution: Solution, slopes: Array) -> Array:
 def logl_scale(solution: Solution, own: Process, data: Data) -> float:
     """Factor by which to multiply logL to account for correlated bins when samples are missing.
 
-    It is the variance of a squared coefficient by the likelihood, divided by its sandwich variance. It is 1 without missing
-    samples, or if the sandwich variance is 0.
+    It is the variance of a squared coefficient by the likelihood, divided by its sandwich variance.
     """
     if data.gain is None:
         return 1.0
@@ -177,10 +161,7 @@ def logl_scale(solution: Solution, own: Process, data: Data) -> float:
 
 
 def shape_widening(solution: Solution, own: Process, relative: float, data: Data) -> float:
-    """Ratio, at least 1, of two standard errors of ln(coefficient): with shapes fitted (`relative`), and with shapes fixed.
-
-    1 if the standard error with fixed shapes is 0.
-    """
+    """Ratio, at least 1, of two standard errors of ln(coefficient): with shapes fitted (`relative`) and fixed."""
     active = [process for process in solution.processes if process.theta > 0.0]
     slopes = np.column_stack([2.0 * process.power / solution.spectrum for process in active])
     index = active.index(own)
@@ -190,15 +171,7 @@ def shape_widening(solution: Solution, own: Process, relative: float, data: Data
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Correlations:
-    """Correlations of the fitted parameters of random effects.
-
-    Attributes
-    ----------
-    names : tuple of str
-        ``N``, ``GM.q_c``, …; parameters at zero are excluded.
-    matrix : ndarray, shape (p, p)
-        Correlation matrix.
-    """
+    """Correlation matrix of the fitted parameters ``N``, ``GM.q_c``, … of random effects, without those at zero."""
 
     names: tuple[str, ...]
     matrix: Array
@@ -226,8 +199,8 @@ def correlations(solution: Solution, data: Data) -> Correlations:
 def degeneracies(found: Correlations, model: Model, data: Data) -> list[str]:
     """List of a sentence for each correlation time or pair of parameters that this record cannot determine.
 
-    A correlation time is determined between the sampling interval and `MAX_CORRELATION_TIME_FRACTION` of the duration,
-    a pair up to a correlation of ±`MAX_CORRELATION`. Empty if all are determined.
+    A correlation time is determined between the sampling interval and `MAX_CORRELATION_TIME_FRACTION` of the duration, a
+    pair up to a correlation of ±`MAX_CORRELATION`.
     """
     out = []
     for effect, label in zip(model, model.labels, strict=True):

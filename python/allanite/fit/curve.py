@@ -35,22 +35,11 @@ MAX_ADEQUATE_ERROR_SCATTERS = 3.0
 @align_when_unpickled
 @dataclass(frozen=True, eq=False)
 class Curve:
-    """Measured and modeled overlapping Allan deviation on one grid of averaging times.
+    """Measured and modeled overlapping Allan deviation, U, on one grid of averaging times, shape (k,).
 
-    Attributes
-    ----------
-    tau, factors : ndarray, shape (k,)
-        Averaging time in s and in samples.
-    measured, model : ndarray, shape (k,)
-        Deviations, U.
-    low, high : ndarray, shape (k,)
-        95 % band of the measured deviation if the model is true, U.
-    edf : ndarray, shape (k,)
-        Equivalent degrees of freedom under the model.
-    z : ndarray, shape (k,)
-        Standard normal score of the measured against the modeled deviation.
-    of : tuple of Data and Model
-        The data and the model.
+    `factors` are averaging times in samples. `low` and `high` are the 95 % band of the measured deviation if the model is
+    true. `edf` are equivalent degrees of freedom under the model, and `z` standard normal scores. `of` are the data and the
+    model.
     """
 
     tau: Array
@@ -67,10 +56,7 @@ class Curve:
 
     @cached_property
     def components(self) -> dict[str, Array]:
-        """Dict from the kind of each effect to the Allan deviation of this effect alone, U, shape (k,).
-
-        The dict is computed on first use.
-        """
+        """Dict from the kind of each effect to the Allan deviation of this effect alone, U, shape (k,)."""
         return components_at(*self.of, self.factors)
 
     @property
@@ -85,10 +71,7 @@ class Curve:
 
     @property
     def rms_percent(self) -> float | None:
-        """Geometric rms error of the model, 100·(e^{rms of ln(model/measured)} − 1) %, over τ with edf ≥ 10.
-
-        None without such τ.
-        """
+        """Geometric rms error of the model, 100·(e^{rms of ln(model/measured)} − 1) %, over edf ≥ 10, or None."""
         apart = self._log_ratio()
         return None if apart.size == 0 else float(100.0 * np.expm1(np.sqrt(np.mean(apart**2))))
 
@@ -118,8 +101,8 @@ class Curve:
     def error_increase(self, before: Curve, ignored_scores: float) -> float:
         """Mean square of ln(model/measured) of this curve minus that of the curve `before`, over τ with edf ≥ 10.
 
-        Negative if the error falls; 0.0 without such τ. Both curves belong to fits of one record. A τ contributes 0 if
-        |ln(model/measured)| changes there by at most `ignored_scores` standard deviations of the measurement.
+        0.0 without such τ. A τ contributes 0 if |ln(model/measured)| changes there by at most `ignored_scores` standard
+        deviations of the measurement.
         """
         keep = self.is_counted & before.is_counted
         if not keep.any():
@@ -145,20 +128,10 @@ class Curve:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class DeviationBand:
-    """95 % band of the measured deviation if a model is true.
+    """95 % band of the measured deviation, U, at τ, s, if a model is true; all arrays have shape (k,).
 
-    Attributes
-    ----------
-    tau : ndarray, shape (k,)
-        Averaging time, s.
-    low, high : ndarray, shape (k,)
-        Band at each τ separately, U.
-    low_everywhere, high_everywhere : ndarray, shape (k,)
-        Simultaneous band for all τ, U.
-    edf : ndarray, shape (k,)
-        Equivalent degrees of freedom.
-    inside : bool
-        True if the measured curve stays within the simultaneous band.
+    `low` and `high` are for each τ separately, `low_everywhere` and `high_everywhere` for all τ together. `inside` says
+    that the measured curve stays within the latter.
     """
 
     tau: Array
@@ -170,10 +143,7 @@ class DeviationBand:
     inside: bool
 
     def to_dict(self) -> dict[str, Any]:
-        """Dict for JSON: ``level`` (0.95), ``inside``, and ``points``, a list with one dict for each τ.
-
-        A point has τ in s, the limits of the pointwise and of the simultaneous band, and edf.
-        """
+        """Dict for JSON: ``level`` (0.95), ``inside``, and ``points``, a list with one dict for each τ."""
         names = ("low", "high", "low_everywhere", "high_everywhere", "edf")
         points = [
             {"tau_s": float(t), **{name: float(getattr(self, name)[k]) for name in names}}
@@ -193,7 +163,7 @@ def deviation_band(data: Data, model: Model, curve: Curve) -> DeviationBand:
     found = bands(terms, data.n, curve.factors)
 
     def at(factor: Array) -> Array:
-        """Array of the modeled deviation at each τ, if the variance of the random part alone is divided by `factor`²."""
+        """Modeled deviation at each τ, if the variance of the random part alone is divided by `factor`²."""
         return np.asarray(np.sqrt(known + noise / factor**2))
 
     low, high = at(found.high_everywhere), at(found.low_everywhere)
@@ -247,8 +217,8 @@ def compare_curves(data: Data, model: Model) -> Curve:
 def components_at(data: Data, model: Model, factors: NDArray[np.int64]) -> dict[str, Array]:
     """Dict from kind to the Allan deviation of that effect alone, U, shape (k,); random effects first.
 
-    Further effects of a kind have numbered names, such as ``resonance 2``; the number is the index among the random (or
-    the deterministic) effects.
+    Further effects of a kind have numbered names, such as ``resonance 2``; the number is the index among the random (or the
+    deterministic) effects.
     """
     out: dict[str, Array] = {}
     for i, effect in enumerate(model.stochastic):

@@ -54,31 +54,16 @@ def solve(
     settled: int = 0,
     rounds: int = 8,
 ) -> Solution:
-    """`Solution` with all free values of `model` fitted to `data`.
+    """`Solution` with all free values of `model` fitted to `data`; a model without random effects gets white noise.
 
-    White noise is added to a model without random effects.
+    Values of `model` are start values; None is found by a grid search. Held values and limits are respected. `start` is a
+    maximum of this model, or of the model without its last random effect. `like` is another fit of the same data, whose
+    residual ordinates are reused.
 
-    Parameters
-    ----------
-    data : Data
-    model : Model
-        Values are start values; None is found by a grid search. Held values and limits are respected.
-    start : Maximum, optional
-        Start: a maximum of this model, or of the model without its last random effect.
-    like : Solution, optional
-        Another fit of the same data, whose residual ordinates are reused.
-    polish : bool
-        False keeps shapes at their start or grid values. Exceptions are a narrow band that is the last effect of the
-        model, and the bands that overlap it.
-    settled : int
-        Deterministic effects and narrow bands among the first `settled` effects keep their shapes. This is used if an
-        additional effect is only tried. Narrow bands that overlap a later effect are optimized nevertheless.
-    rounds : int
-        Maximum alternations between spectrum and regression.
-
-    Returns
-    -------
-    Solution
+    Without `polish`, shapes keep their start or grid values. Exceptions are a narrow band that is the last effect, and the
+    bands that overlap it. Deterministic effects and narrow bands among the first `settled` effects keep their shapes, which
+    saves time if an additional effect is only tried. Narrow bands that overlap a later effect are optimized nevertheless.
+    `rounds` limits the alternations between spectrum and regression.
     """
     if not model.stochastic:
         model = Model((white_noise(), *model.effects))
@@ -98,9 +83,8 @@ def _fit(
 ) -> Solution:
     """`Solution` of a model as for `solve`, but coefficients and amplitudes may leave the limits that the user gave.
 
-    The arguments are those of `solve`. A round fits the random effects and then the functions of time. A model without
-    functions of time needs one round. Other fits end when logL changes by less than 1e-3, when the residual stays the
-    same, or after `rounds`.
+    A round fits the random effects and then the functions of time. A model without functions of time needs one round. Other
+    fits end when logL changes by less than 1e-3, when the residual stays the same, or after `rounds`.
     """
     given, free = model, effective_freedom(model, data)
     if not polish:
@@ -177,15 +161,7 @@ def _solution(
 class _Functions:
     """Known functions of time of a model with their regression on the ordinates of a record.
 
-    Attributes
-    ----------
-    effects : tuple of Deterministic
-        The functions with fitted amplitudes.
-    designs : tuple of Design
-        Regressors of each function.
-    ordinates : ndarray of int64
-        All ordinates of `designs`, ascending.
-    regression : Regression
+    `effects` have the fitted amplitudes, `designs` the regressors of each. `ordinates` are all of `designs`, ascending.
     """
 
     effects: tuple[Deterministic, ...] = ()
@@ -194,10 +170,7 @@ class _Functions:
     regression: Regression = NO_REGRESSION
 
     def refitted(self, effects: tuple[Deterministic, ...], noise: Noise, data: Data) -> _Functions:
-        """`_Functions` (functions of time, their regressors and their regression) of `effects` with fitted amplitudes.
-
-        The regressors of a function are reused if its shapes have not changed.
-        """
+        """`_Functions` of `effects` with fitted amplitudes; regressors are reused if the shapes have not changed."""
         before = list(zip(self.effects, self.designs, strict=True))
         designs = tuple(
             next((d for old, d in before if old.seen_alike == e.seen_alike), None)
@@ -215,8 +188,7 @@ class _Functions:
     def without_leverage(self, whole: RandomPart) -> RandomPart:
         """`RandomPart` (bin power, degrees of freedom) of `whole`, minus the degrees of freedom that the regression used.
 
-        The mean power of a bin is multiplied by its old degrees of freedom divided by the new ones. A bin keeps at
-        least 0.05 degrees of freedom, or all if it has fewer.
+        A bin keeps at least 0.05 degrees of freedom, or all if it has fewer.
         """
         edges = whole.data.bins.edges
         used = np.zeros(whole.count.size)
@@ -228,8 +200,8 @@ class _Functions:
     def fitted(self, removed: tuple[Deterministic, ...]) -> tuple[Regressed, ...]:
         """Tuple with a `Regressed` (fitted function with amplitudes, covariance and regressors) for each function of time.
 
-        `removed` holds for each function, in the same order, the copy that is subtracted from the residual. The amplitudes
-        of this copy can differ slightly from the fitted amplitudes.
+        `removed` holds for each function the copy that is subtracted from the residual, whose amplitudes can differ
+        slightly.
         """
         found = self.regression
         each = zip(self.effects, self.designs, parts_of(self.designs), removed, strict=True)
@@ -246,8 +218,8 @@ def _with_subtracted(
 ) -> tuple[tuple[Deterministic, ...], Array]:
     """Pair: functions that are subtracted from the record now, and the residual ordinates, shape (n,).
 
-    The current `functions` are subtracted instead of those in `removed`, which are already subtracted from `ordinates`.
-    A function keeps its old amplitudes if all its new amplitudes differ from them by at most 0.045 standard errors.
+    The current `functions` are subtracted instead of those in `removed`, which are already subtracted from `ordinates`. A
+    function keeps its old amplitudes if all its new amplitudes differ from them by at most 0.045 standard errors.
     """
     scatter = np.sqrt(np.diag(functions.regression.covariance))
     before, changes, now = list(removed), [], []
@@ -269,8 +241,7 @@ def _with_subtracted(
 def _maximum_from_values(model: Model, part: RandomPart) -> Maximum | None:
     """Local `Maximum` of the likelihood, with a fitted discrepancy, that is reached from the model's values.
 
-    None if a value is missing: a coefficient of a random effect, or a free shape of a random effect or modifier. None
-    also if all coefficients are 0.
+    None if a value is missing, or if all coefficients are 0.
     """
     known = [getattr(e, e.coefficient) for e in model.stochastic]
     shapes = [e.values[n] for e in model if not isinstance(e, Deterministic) for n in e.free_shapes]

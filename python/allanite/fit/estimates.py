@@ -69,10 +69,7 @@ def free_parameters(solution: Solution) -> int:
 
 
 def min_detected_delta_logl(effect: Effect, amplitudes: int = 1) -> float:
-    """Rise of logL, nats, that an effect must bring to a fit to count as detected.
-
-    It depends on whether the effect has free shapes, several fitted `amplitudes`, or a coefficient that may be negative.
-    """
+    """Rise of logL, nats, that an effect with this number of `amplitudes` must bring to a fit to count as detected."""
     if amplitudes > 1 or effect.free_shapes:
         return MIN_SHAPED_DELTA_LOGL
     signed = isinstance(effect, Deterministic)
@@ -105,8 +102,7 @@ def estimates(
 ) -> tuple[dict[str, Any], ...]:
     """Tuple of a dict for each effect of the model: values by parameter name, numbers as `Estimate` with interval.
 
-    `unit` is the unit of the samples; `column_units` are the known units of logged columns. With `places`, only the
-    effects at these indices of the model are estimated. Texts, tuples and None are returned unchanged.
+    `column_units` are the known units of logged columns. With `places`, only the effects at these indices are estimated.
     """
     names, covariance = joint_covariance(solution, data)
     joint: dict[int, dict[str, float]] = {}
@@ -142,9 +138,9 @@ def _estimates_of(
 ) -> dict[str, Any]:
     """Dict of the values of an effect by parameter name: numbers as `Estimate`, other values unchanged.
 
-    Held values count as detected, and have no standard error and no interval. If the effect is not `detected`, its
-    shapes, times and all values in Hz, s or rad have none either: the frequency of a line that does not exist has no
-    true value. Intervals are clipped to the limits that the user gave.
+    Held values count as detected, and have no standard error and no interval. If the effect is not `detected`, its shapes,
+    times and all values in Hz, s or rad have none either: the frequency of a line that does not exist has no true value.
+    Intervals are clipped to the limits that the user gave.
     """
     out: dict[str, Any] = {}
     for parameter in effect.parameters:
@@ -170,8 +166,7 @@ def with_noise_uncertainty(
     """Dict of the ranges of the amplitudes and `shapes` of a slow effect that include the uncertainty of the noise.
 
     `law` is the distribution of the amplitudes, then of the changes of the shapes from their fitted values, averaged over
-    the noise coefficients. If a fitted value lies outside the new interval, the interval is extended to the former one.
-    Values without an interval are omitted.
+    the noise coefficients. Values without an interval are omitted.
     """
     out: Ranges = {}
     for place, name in enumerate((*_amplitude_names(effect), *shapes)):
@@ -202,7 +197,7 @@ def _process_ranges(
 ) -> tuple[bool, Ranges]:
     """Pair (detected, ranges) of a random process. Derived parameters get the interval of the coefficient, scaled.
 
-    `errors` are the standard errors of its parameters by `joint_covariance`. A held coefficient counts as detected.
+    `errors` are the standard errors of its parameters by `joint_covariance`.
     """
     effect, name = own.effect, own.effect.coefficient
     ranges = _shape_ranges(effect, errors)
@@ -223,10 +218,10 @@ def _process_ranges(
 def _coefficient_interval(
     solution: Solution, own: Process, relative: float | None, data: Data
 ) -> tuple[bool, tuple[float, float]]:
-    """Pair (detected, interval) of the coefficient of a random process; `relative` is the standard error of its logarithm.
+    """Pair (detected, interval) of the coefficient of a process; `relative` is the standard error of its logarithm.
 
-    If a coefficient is not detected, its interval starts at 0. The interval is wider for fitted shapes, and for white
-    noise with heavy tails.
+    If a coefficient is not detected, its interval starts at 0. The interval is wider for fitted shapes, and for white noise
+    with heavy tails.
     """
     effect, value = own.effect, float(np.sqrt(own.theta))
     # The profile uses the logL of the random part.
@@ -268,10 +263,7 @@ def _is_number(value: Any) -> bool:
 
 
 def _log_interval(value: float, relative: float) -> tuple[float, float]:
-    """Pair: 95 % interval of a positive value whose logarithm has the standard error `relative`.
-
-    The ends are at most e^±50 times the value.
-    """
+    """95 % interval of a positive value whose logarithm has the standard error `relative`, at most e^±50 times it."""
     factor = float(np.exp(min(NORMAL * relative, MAX_LOG_HALF_WIDTH)))
     return value / factor, value * factor
 
@@ -282,10 +274,9 @@ def has_interval(value: Any) -> bool:
 
 
 def _extended_to_lowest(effect: Effect, name: str, found: Range, data: Data) -> Range:
-    """Range of a shape, with a wider interval and no standard error if the fit ended at the lower end of the search.
+    """Range of a shape; if the fit ended at the lower end of the search, from the lowest possible value on.
 
-    The interval then starts at the lowest possible value of the shape. In all other cases the range is unchanged, also
-    for narrow bands fitted to single ordinates.
+    The range then has no standard error. Ranges of narrow bands fitted to single ordinates are unchanged.
     """
     low = effect.parameter(name).low
     # Exponents are searched down to their lowest value, positive shapes down to half of the lowest grid value.
@@ -338,11 +329,7 @@ def _shape_ranges(effect: Effect, errors: dict[str, float]) -> Ranges:
 
 
 def _modifier_ranges(effect: Effect, errors: dict[str, float], data: Data) -> Ranges:
-    """Dict of parameter name to (standard error, 95 % interval) for the parameters of a modifier that have an error.
-
-    They are the free shapes in `errors`, and the times and factors of `Effect.errors`. Intervals of times are cut at the
-    ends of the record.
-    """
+    """Dict of the ranges of the parameters of a modifier: the shapes in `errors`, and those of `Effect.errors`."""
     out = _shape_ranges(effect, errors)
     for name, error in effect.errors(data.rate).items():
         declared, value = effect.parameter(name), effect.values[name]
@@ -355,10 +342,7 @@ def _modifier_ranges(effect: Effect, errors: dict[str, float], data: Data) -> Ra
 
 
 def _function_ranges(solution: Solution, own: Regressed, data: Data) -> tuple[bool, Ranges]:
-    """Pair (detected, ranges) of a known function of time; held values have no range.
-
-    Intervals are ±1.96 errors, symmetric in the logarithm for positive shapes, and cut at the ends of the range.
-    """
+    """Pair (detected, ranges) of a known function of time; held values have no range."""
     effect, amplitudes, covariance = own.effect, own.amplitudes, own.covariance
     drop = 0.5 * float(amplitudes @ np.linalg.pinv(covariance, hermitian=True) @ amplitudes)
     out: Ranges = {}
@@ -383,10 +367,7 @@ def _function_ranges(solution: Solution, own: Regressed, data: Data) -> tuple[bo
 def _amplitude_error(
     effect: Deterministic, name: str, amplitudes: Array, covariance: Array
 ) -> float | None:
-    """Standard error of a value computed from amplitudes, by the delta method; None if the value is undefined or a text.
-
-    0 if the value does not depend on the amplitudes.
-    """
+    """Standard error of a value computed from amplitudes, by the delta method; None if the value is undefined or a text."""
     slope = np.zeros(amplitudes.size)
     for i in range(amplitudes.size):
         step = 1e-4 * max(
@@ -409,8 +390,8 @@ def shape_error(own: Regressed, name: str, solution: Solution, data: Data) -> fl
     """Standard error of a shape of a known function of time, in its unit; None if the record cannot determine it.
 
     Effects with edges, such as a step, have a formula for the error of their times in white noise (`Effect.shape_error`).
-    Effects without a formula get `deterministic_shape_error`. For slow functions in other noise the formula is too large,
-    so `_edge_error` is used instead, unless the formula gives less than the matched filter can resolve.
+    For slow functions in other noise the formula is too large, so `_edge_error` is used instead, unless the formula gives
+    less than the matched filter can resolve.
     """
     error = own.effect.shape_error(name, float(own.covariance[0, 0]), data.duration)
     if error is None:
@@ -423,8 +404,8 @@ def shape_error(own: Regressed, name: str, solution: Solution, data: Data) -> fl
 def _edge_error(effect: Deterministic, name: str, solution: Solution, data: Data) -> float:
     """Standard error of the time of an edge of a slow function, s: root mean square distance from the fitted time.
 
-    The mean is over the posterior of the time, ∝ exp(ΔlogL), with a uniform prior over the record and the other shapes
-    as fitted. Noise that is slower than the edge hardly blurs it, which closed forms for white noise do not know.
+    The mean is over the posterior of the time, ∝ exp(ΔlogL), with a uniform prior over the record and the other shapes as
+    fitted. Noise that is slower than the edge hardly blurs it, which closed forms for white noise do not know.
     """
     fitted, (first, last) = float(effect.values[name]), data.span
     away = np.geomspace(1.0 / data.rate, data.duration, EDGE_TIMES)
@@ -444,8 +425,8 @@ def deterministic_shape_error(
 ) -> float | None:
     """Standard error of a shape fitted together with the amplitudes; None if the record has no information on the shape.
 
-    The derivative of the signal by the shape is projected (by GLS) orthogonal to the regressors. For effects that are
-    not slow, e.g. a drifting line, it is also projected orthogonal to the derivatives by the other shapes.
+    The derivative of the signal by the shape is projected (by GLS) orthogonal to the regressors. For effects that are not
+    slow, e.g. a drifting line, it is also projected orthogonal to the derivatives by the other shapes.
     """
     from allanite.fit.shapes.deterministic import design_of, shape_slope
 

@@ -20,12 +20,7 @@ if TYPE_CHECKING:
 
 
 def locked_error(column: Recording) -> TooShortError | None:
-    """`TooShortError` (returned, not raised) for a column in which nearly all samples have one code.
-
-    None for other columns.
-
-    Its message has the upper limit of N. None as well for a column of increments or angles.
-    """
+    """`TooShortError` (returned, not raised) for a column of rates in which nearly all samples have one code; else None."""
     if column.quantity != "rate":
         return None
     locked = locked_of(column.samples)

@@ -43,15 +43,8 @@ class Misfit:
 class Error:
     """Error of the Allan deviation (τ with edf ≥ 10) and predictive score.
 
-    Attributes
-    ----------
-    adev_rms_percent : float or None
-        Geometric error 100·(e^{rms of ln(model/measured)} − 1).
-    adev_worst : (factor, τ in s) or None
-        Ratio model/measured that is furthest from 1, and its τ.
-    chance_rms_percent : float or None
-        Expected scatter: the error `adev_rms_percent` of a true model.
-    predictive : Prediction or None
+    `adev_rms_percent` is the geometric error 100·(e^{rms of ln(model/measured)} − 1); `chance_rms_percent` is that expected
+    of a true model. `adev_worst` is the ratio model/measured furthest from 1, and its τ in s.
     """
 
     adev_rms_percent: float | None
@@ -65,10 +58,7 @@ class Error:
         return None if self.predictive is None else self.predictive.score
 
     def to_dict(self) -> dict[str, Any]:
-        """Dict of the attributes, for JSON (``error``); missing ones are None.
-
-        ``adev_worst`` is a dict of ``factor`` and ``tau_s``.
-        """
+        """Dict of the attributes, for JSON (``error``)."""
         worst = self.adev_worst
         return {
             "adev_rms_percent": self.adev_rms_percent,

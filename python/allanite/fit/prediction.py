@@ -58,15 +58,9 @@ PREDICTED_ORDINATES = 512
 class Prediction:
     """Cross-validated loss: negative log-likelihood of left-out data, relative to the saturated model.
 
-    Attributes
-    ----------
-    losses : ndarray, shape (units,)
-        Loss of each unit, nats. Units are the folds of every group of bins (ten groups per decade), then blocks of time.
-    score : float
-        Sum of the losses divided by the number of bins, nats.
-    std_error : float
-        Standard error of the score, from the scatter of the losses. Most of it is common to all models of a record; use
-        `compare` to compare two models.
+    `losses` are those of each unit, nats: the folds of every group of bins (ten groups per decade), then blocks of time.
+    `score` is their sum divided by the number of bins. Most of the scatter behind `std_error` is common to all models of a
+    record; use `compare` to compare two models.
     """
 
     losses: Array = field(compare=False)
@@ -83,17 +77,7 @@ class Prediction:
 def compare(before: Prediction, after: Prediction) -> tuple[float, float]:
     """Pair: sum of the losses of `after` minus that of `before`, nats, and the standard error of this difference.
 
-    Parameters
-    ----------
-    before, after : Prediction
-        Predictions of the same record.
-
-    Returns
-    -------
-    difference : float
-        Negative if `after` predicts better.
-    std_error : float
-        From the scatter of the differences of the single losses (folds of bins, and blocks of time).
+    Both are predictions of the same record. The difference is negative if `after` predicts better.
     """
     difference = after.losses - before.losses
     return float(difference.sum()), _std_error(difference)
@@ -108,19 +92,8 @@ def predicts_worse(before: Prediction, after: Prediction) -> bool:
 def predict(data: Data, solution: Solution, raw: Data | None = None) -> Prediction | None:
     """`Prediction`: losses of a fitted model on ordinates and blocks of time left out of the fit.
 
-    Parameters
-    ----------
-    data : Data
-    solution : Solution
-        Fit to these data.
-    raw : Data, optional
-        If the model excludes outliers, the record with its outliers. The saturated model always refers to the raw record,
-        and each outlier costs ln n for its position.
-
-    Returns
-    -------
-    Prediction or None
-        None if the record is too short (fewer than 128 samples).
+    `raw` is the record with its outliers, if the model excludes some. The saturated model always refers to the raw record,
+    and each outlier costs ln n for its position. None for fewer than 128 samples.
     """
     if data.n < MIN_PREDICTED_SAMPLES:
         return None
@@ -169,8 +142,8 @@ def _log_likelihood(
 ) -> float:
     """logL, nats, of the measured `power` of a few bins under the expected `spectrum`, as by `marginal_likelihood`.
 
-    `count` holds the degrees of freedom. The model discrepancy δ is `SCALES[scale]`, or 0 for None. `cell` is the number
-    of the group of each bin; the bins of a group share one relative error of size δ.
+    The model discrepancy δ is `SCALES[scale]`, or 0 for None. `cell` is the number of the group of each bin; the bins of a
+    group share one relative error of size δ.
     """
     scales = SCALES[:1] if scale is None else SCALES[scale : scale + 1]
     law = _kernels.Likelihood(count, scales, np.flatnonzero(np.diff(cell, prepend=-1)).tolist())
@@ -184,10 +157,7 @@ def _std_error(losses: Array) -> float:
 
 
 def _regressed_freedom(bins: Bins, solution: Solution) -> Array:
-    """Array of the degrees of freedom that the fitted amplitudes use in each fold of each bin, shape (5, bins).
-
-    These are sums of leverages. A fold is one of five interleaved sets of ordinates, for cross-validation.
-    """
+    """Degrees of freedom (leverages) that the fitted amplitudes use in each fold of each bin, shape (FOLDS, bins)."""
     used = np.zeros((FOLDS, bins.count.size))
     place = np.searchsorted(bins.edges, solution.regressed_ordinates, side="right") - 1
     np.add.at(used, (solution.regressed_ordinates % FOLDS, place), solution.leverage)
@@ -195,10 +165,7 @@ def _regressed_freedom(bins: Bins, solution: Solution) -> Array:
 
 
 def _outlier_costs(data: Data, solution: Solution) -> Array:
-    """Array of the penalty for single samples that the model excludes, in each block of time, nats, shape (BLOCKS,).
-
-    Each excluded sample costs ln n, where n is the number of samples of the record.
-    """
+    """Penalty in each block of time, nats, shape (BLOCKS,): ln n for each single sample that the model excludes."""
     out = np.zeros(BLOCKS)
     for effect in solution.model.modifiers:
         times = np.array(effect.moments) - data.start
@@ -208,15 +175,14 @@ def _outlier_costs(data: Data, solution: Solution) -> Array:
 
 
 def function_costs(data: Data, solution: Solution) -> Array:
-    """Array of the loss of logL in each block if the functions of time are fitted to the other blocks, nats.
+    """Loss of logL in each block if the functions of time are fitted to the other blocks, nats, shape (BLOCKS,).
 
-    Its shape is (BLOCKS,). A function is fitted to all blocks but one and predicts the left-out block *given its
-    neighbors* under the fitted noise (Burman, Chow & Nolan 1994); nothing is extrapolated. The additional loss of the
-    block, compared with amplitudes from the whole record, is the price of the fit in that block.
+    A function is fitted to all blocks but one and predicts the left-out block *given its neighbors* under the fitted noise
+    (Burman, Chow & Nolan 1994); nothing is extrapolated. The additional loss of the block, compared with amplitudes from
+    the whole record, is the price of the fit in that block.
 
-    The sum over the blocks is at least 1 nat for each fitted parameter, the expected overfitting
-    (Akaike 1973). One-time events cost exactly this, because no other block contains information about them. Functions
-    with held amplitudes cost nothing.
+    The sum over the blocks is at least 1 nat for each fitted parameter, the expected overfitting (Akaike 1973). One-time
+    events cost exactly this, because no other block contains information about them.
     """
     total = np.zeros(BLOCKS)
     if not solution.functions:
@@ -274,11 +240,10 @@ def _rows(own: Regressed, j: NDArray[np.int64]) -> Array:
 
 
 def level_change_costs(data: Data, solution: Solution) -> Array:
-    """Array of cost minus predictive gain of noise-level changes in each block of the record, nats, shape (BLOCKS,).
+    """Cost minus predictive gain of noise-level changes in each block of the record, nats, shape (BLOCKS,).
 
-    Negative where the changes predict the block better. The cost of 1 nat per fitted parameter, as for one-time events,
-    is spread evenly over all blocks. All zero without changes of the white-noise level, or if white noise dominates no
-    octave.
+    Negative where the changes predict the block better. The cost of 1 nat per fitted parameter, as for one-time events, is
+    spread evenly over all blocks.
     """
     total = np.zeros(BLOCKS)
     changes = [e for e in solution.model.modifiers if e.passing and e.band is None]
@@ -295,23 +260,13 @@ def level_change_costs(data: Data, solution: Solution) -> Array:
 
 
 def block_losses(values: Array, matrix: Array, variance: Array, mean: bool) -> Array:
-    """Array of the loss of ln p(block | other blocks) if a regression is fitted only to the others, nats, shape (BLOCKS,).
+    """Loss of ln p(block | other blocks) if a regression is fitted only to the others, nats, shape (BLOCKS,).
 
     Let â and A be the amplitudes and their precision matrix from the whole record, and b and R those from the other blocks.
-    Averaged over the posterior of the amplitudes given the other blocks, the block is less likely by
-    ½ (b − â)ᵀ R (b − â) + ½ ln |A|/|R|. A unit-information prior (one of the k ordinates, Kass & Wasserman 1995) is added
-    to R in the second term.
-
-    Parameters
-    ----------
-    values : ndarray, shape (k,)
-        Consecutive ordinates.
-    matrix : ndarray, shape (k, p)
-        Regressors at these ordinates.
-    variance : ndarray, shape (k,)
-        Variance of the noise in each ordinate.
-    mean : bool
-        True if `values` begin after the ordinate of the mean, whose amplitude is free.
+    Averaged over the posterior of the amplitudes given the other blocks, the block is less likely by ½ (b − â)ᵀ R (b − â) +
+    ½ ln |A|/|R|. A unit-information prior (one of the k ordinates, Kass & Wasserman 1995) is added to R in the second term.
+    `values` are k consecutive ordinates, `matrix`, shape (k, p), regressors at them, and `variance` that of the noise.
+    `mean` is True if `values` begin after the ordinate of the mean, whose amplitude is free.
     """
     # Value m of the M-point inverse cosine transform is local to the time (m + ½)/M of the record. The transform C is
     # orthonormal: the noise has the precision matrix C diag(1/S) Cᵀ there.

@@ -40,24 +40,11 @@ FREQUENCIES_PER_E = 400
 
 @dataclass(frozen=True, slots=True, eq=False)
 class GlsFit:
-    """Result of a GLS fit of a sum of effects to an Allan curve.
+    """Result of a GLS fit of a sum of p effects to an Allan curve at k factors.
 
-    Attributes
-    ----------
-    squares : ndarray, shape (p,)
-        Squared coefficients, not negative.
-    covariance : ndarray, shape (p, p)
-        Covariance of `squares`. Rows of a square at 0 are those of the unconstrained solution.
-    chi2 : float
-        χ² of the whole curve with its covariance.
-    dof : int
-        Number of factors minus number of positive squares.
-    expected : ndarray, shape (k,)
-        Fitted Allan variances.
-    target : ndarray, shape (k,)
-        Measured Allan variances.
-    mixtures : Mixtures
-        Expected variances and covariances for any squared coefficients.
+    `squares`, shape (p,), are the squared coefficients, not negative; rows of their `covariance` for a square at 0 are
+    those of the unconstrained solution. `dof` is the number of factors minus number of positive squares. `expected` and
+    `target`, shape (k,), are the fitted and the measured Allan variances.
     """
 
     squares: Array
@@ -87,8 +74,8 @@ class GlsFit:
     def intervals(self) -> tuple[Array, Array, Array]:
         """Tuple (low, high, p) of arrays with one element for each coefficient: 95 % interval and p-value.
 
-        A p-value is the probability of an estimate at least as large if the coefficient is 0. Where it is at least
-        0.025, low is 0 and high is an upper limit. The p-value of a single coefficient is 0.
+        A p-value is the probability of an estimate at least as large if the coefficient is 0. Where it is at least 0.025,
+        low is 0 and high is an upper limit. The p-value of a single coefficient is 0.
         """
         found = [
             _interval(self.mixtures, self.target, self.squares, k) for k in range(self.squares.size)
@@ -98,7 +85,7 @@ class GlsFit:
 
 
 def gls_factors(n: int) -> NDArray[np.int64]:
-    """Array of averaging factors for a fit to `n` samples: eight per decade, up to a quarter of the record.
+    """Averaging factors for a fit to `n` samples: eight per decade, up to a quarter of the record.
 
     More factors would add no information and make the covariance ill-conditioned.
     """
@@ -111,29 +98,9 @@ def fit_gls(
     """`GlsFit`: non-negative squared coefficients fitted to an Allan curve by generalized least squares.
 
     The expected variance is linear in the squares. The covariance of the curve follows from the fitted squares; both are
-    computed in turn until they converge. This is Fisher scoring of a Gaussian model of the curve.
-
-    Parameters
-    ----------
-    allan_variances : array_like, shape (k,)
-        Measured overlapping Allan variances, U².
-    factors : array_like of int, shape (k,)
-        Their averaging factors; see `gls_factors`.
-    n : int
-        Samples of the record.
-    unit_terms : sequence of p sequences of terms
-        Primitive terms of each effect with its coefficient 1, per sample.
-
-    Returns
-    -------
-    GlsFit
-
-    Raises
-    ------
-    InputError
-        Non-positive variances, effects with the same curve, arrays of different shapes, or all coefficients 0.
-    TooShortError
-        Fewer factors than effects.
+    computed in turn until they converge. This is Fisher scoring of a Gaussian model of the curve. `allan_variances`, U²,
+    are overlapping ones of a record of `n` samples; `factors` are as of `gls_factors`. `unit_terms` are those of each
+    effect at coefficient 1. `InputError` if no effect fits the curve.
     """
     target, m = _checked_curve(allan_variances, factors, len(unit_terms))
     mixtures = Mixtures.of(unit_terms, n, m, target)
@@ -156,11 +123,7 @@ def fit_gls(
 def _checked_curve(
     allan_variances: ArrayLike, factors: ArrayLike, effects: int
 ) -> tuple[Array, NDArray[np.int64]]:
-    """Pair of arrays: Allan variances as floats and their factors as integers, after the checks of `fit_gls`.
-
-    Raises `InputError` for different shapes, variances that are not positive or no effects; `TooShortError` for fewer
-    factors than effects.
-    """
+    """Pair of arrays: Allan variances as floats and their factors as integers, after the checks of `fit_gls`."""
     target = np.asarray(allan_variances, dtype=float)
     m = np.asarray(factors, dtype=np.int64)
     if target.ndim != 1 or target.shape != m.shape:
@@ -181,28 +144,13 @@ def _checked_curve(
 def _interval(
     mixtures: Mixtures, target: Array, squares: Array, index: int
 ) -> tuple[float, float, float]:
-    """Tuple (low, high, p) with the 95 % interval of one squared coefficient, valid near zero.
+    """Tuple (low, high, p): 95 % interval of the squared coefficient `index`, valid near zero, and the p-value of 0.
 
     A value t is inside the interval if the estimate is not improbable under t (test inversion). For each t the other
     coefficients are fitted again, and the covariance is that of the resulting mixture. The estimate follows a gamma
     distribution with its exact variance and the skewness of a sum of squares. Its spread grows with t, which a standard
-    error at the estimate ignores.
-
-    Parameters
-    ----------
-    mixtures : Mixtures
-    target : ndarray, shape (k,)
-        Measured Allan variances.
-    squares : ndarray, shape (p,)
-        The estimate.
-    index : int
-        Index of the coefficient.
-
-    Returns
-    -------
-    tuple of float
-        (low, high, p): limits of the square, and the probability p of an estimate at least as large if the coefficient
-        is 0. If p ≥ 0.025, low = 0 and high is an upper limit. With a single coefficient, p is 0.
+    error at the estimate ignores. p is the probability of an estimate at least as large if the coefficient is 0. If p ≥
+    0.025, low = 0 and high is an upper limit. With a single coefficient, p is 0.
     """
     test = _TestInversion(mixtures, target, squares, index, squares)
     center = float(squares[index])
@@ -222,14 +170,9 @@ def _interval(
 
 @dataclass(slots=True, eq=False)
 class _TestInversion:
-    """Probabilities of an estimate under tried values of one squared coefficient.
+    """Probabilities of an estimate under tried values of one squared coefficient; the arguments are those of `_interval`.
 
-    Attributes
-    ----------
-    mixtures, target, squares, index
-        See `_interval`.
-    trial : ndarray, shape (p,)
-        Squared coefficients fitted for the last tried value, from which the next fit starts.
+    `trial`, shape (p,), are the squared coefficients fitted for the last tried value, from which the next fit starts.
     """
 
     mixtures: Mixtures
@@ -239,10 +182,7 @@ class _TestInversion:
     trial: Array
 
     def _fitted(self, t: float) -> Array:
-        """Array of all squared coefficients if the one at `index` has the value t; the others are fitted, at least 0.
-
-        Covariance and fit are iterated at most six times.
-        """
+        """All squared coefficients if the one at `index` has the value t; the others are fitted, at least 0."""
         columns = self.mixtures.columns
         others = np.delete(np.arange(self.squares.size), self.index)
         trial = self.trial.copy()
@@ -261,11 +201,11 @@ class _TestInversion:
         return trial
 
     def probability_below(self, t: float, bounded: bool = True) -> float:
-        """Probability that a record yields a smaller estimate than the measured one, if t is the true squared coefficient.
+        """Probability of a smaller estimate than the measured one, if t is the true squared coefficient.
 
-        The other squared coefficients are fitted for this t and stored in `trial`. If all, including t, are 0, the
-        probability is 1 and nothing is stored. With `bounded`, others that are fitted as 0 count as known to be 0. If such
-        an effect is present in truth, an upper limit is conservative, but a lower limit is too high.
+        The other squared coefficients are fitted for this t and stored in `trial`. With `bounded`, others that are fitted
+        as 0 count as known to be 0. If such an effect is present in truth, an upper limit is conservative, but a lower
+        limit is too high.
         """
         from scipy.stats import pearson3
 
@@ -290,7 +230,7 @@ class _TestInversion:
     def limit_at(self, inside: float, outside: float, probability: float) -> float:
         """Squared coefficient between `inside` and `outside` at which `probability_below` equals `probability`.
 
-        Returns `outside` if `probability_below` does not cross `probability` between the two.
+        `outside` if `probability_below` does not cross `probability` between the two.
         """
         from scipy.optimize import brentq
         from scipy.special import ndtri
@@ -310,10 +250,7 @@ class _TestInversion:
 
 
 def _cholesky(correlation: Array) -> Array:
-    """Array: lower Cholesky factor of a correlation matrix whose diagonal is raised by 1e-9, or by more if needed.
-
-    If that fails, 1e-7, 1e-5 and 1e-3 are tried. LinAlgError if none suffices.
-    """
+    """Lower Cholesky factor of a correlation matrix whose diagonal is raised by 1e-9, or by up to 1e-3 if needed."""
     unit = np.eye(correlation.shape[0])
     for jitter in DIAGONAL_JITTERS:
         with suppress(np.linalg.LinAlgError):
@@ -334,18 +271,10 @@ class Mixtures:
     covariance of the differences is linear in them. The p(p+1)/2 parts are computed once, by polarization. A mixture then
     costs only a sum of small matrices, so that least squares can try hundreds of them.
 
-    Attributes
-    ----------
-    columns : ndarray, shape (k, p)
-        Expected Allan variance of each effect at coefficient 1.
-    parts : ndarray, shape (p, p, k, k)
-        Parts C_ab of the covariance, symmetric in a and b.
-    transfer : ndarray, shape (f, k)
-        Weight of the power at each sampled frequency in each Allan variance.
-    spectra : ndarray, shape (f, p)
-        Spectrum of each effect at coefficient 1 at the sampled frequencies.
-    weights : ndarray, shape (f,)
-        Number of ordinates that each sampled frequency represents.
+    `columns`, shape (k, p), are the expected Allan variances of each effect at coefficient 1, and `spectra`, shape (f, p),
+    its spectrum at sampled frequencies. `parts`, shape (p, p, k, k), are C_ab. `transfer`, shape (f, k), is the weight of
+    the power at each sampled frequency in each Allan variance. `weights`, shape (f,), are the ordinates that each frequency
+    represents.
     """
 
     columns: Array
@@ -358,11 +287,10 @@ class Mixtures:
     def of(
         cls, unit_terms: Sequence[Sequence[Term]], n: int, factors: NDArray[np.int64], around: Array
     ) -> Mixtures:
-        """`Mixtures`: expected Allan variances and covariances of p effects at the averaging `factors`, for n samples.
+        """`Mixtures` of p effects, given by their terms at coefficient 1, at the averaging `factors`, for n samples.
 
-        `unit_terms` are the spectral terms of each effect at coefficient 1. `around`, shape (k,), holds the measured
-        variances. Each effect is scaled so that it alone reaches one of them, because small parts of the covariance
-        would otherwise be lost in rounding.
+        `around`, shape (k,), holds the measured variances. Each effect is scaled so that it alone reaches one of them,
+        because small parts of the covariance would otherwise be lost in rounding.
         """
         p = len(unit_terms)
         columns = np.column_stack(
@@ -401,10 +329,9 @@ class Mixtures:
         return np.asarray(np.einsum("a,b,abij->ij", squares, squares, self.parts))
 
     def skewness(self, squares: Array, readout: Array) -> float:
-        """Skewness of a weighted sum of estimated Allan variances; 0 if the sum has no variance.
+        """Skewness of the sum of estimated Allan variances with the weights `readout`, shape (k,); 0 without variance.
 
-        `squares` are the squared coefficients, `readout` the weights of the Allan variances, shape (k,). The sum is a
-        weighted sum of squares of nearly independent ordinates: κ3/κ2^{3/2} with κ_q ∝ Σ (S H)^q.
+        It is a weighted sum of squares of nearly independent ordinates: κ3/κ2^{3/2} with κ_q ∝ Σ (S H)^q.
         """
         x = (self.spectra @ squares) * (self.transfer @ readout)
         second = float(self.weights @ x**2)

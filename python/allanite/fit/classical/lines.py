@@ -35,24 +35,11 @@ CURVE_PROBABILITY = 0.999
 
 @dataclass(frozen=True, slots=True)
 class LineReading:
-    """One straight line read from an Allan curve.
+    """One straight line ``Q``, ``N``, ``B``, ``K`` or ``R`` with this log-log `slope`, read from an Allan curve.
 
-    Attributes
-    ----------
-    name : str
-        ``Q``, ``N``, ``B``, ``K`` or ``R``.
-    slope : float
-        Slope of the deviation against τ in log-log scale.
-    read_at_s : float or None
-        τ at which the line is read, s; None for the plateau, which is divided by 0.664.
-    present : bool
-        True if the curve has this slope somewhere, and the line is nowhere above the curve.
-    value, low, high : float or None
-        Coefficient with its 95 % interval, in SI units of the samples; None if not present.
-    tau_low_s, tau_high_s : float or None
-        Range of averaging times in which the slope holds, s.
-    reason : str
-        Why the line is not present; empty if it is.
+    It is read at `read_at_s`, s; None for the plateau, which is divided by 0.664. It is `present` if the curve has this
+    slope somewhere, from `tau_low_s` to `tau_high_s`, and the line is nowhere above the curve; otherwise `reason` says why
+    not. `value`, `low` and `high` are the coefficient with its 95 % interval, in SI units of the samples.
     """
 
     name: str
@@ -67,10 +54,7 @@ class LineReading:
     reason: str = ""
 
     def estimate(self, unit: str) -> Estimate:
-        """`Estimate` of the coefficient that was read, in SI units, labeled with `unit`.
-
-        If the line is not present, it is 0, not detected, and has no interval.
-        """
+        """`Estimate` of the coefficient that was read, in SI units, labeled with `unit`; 0 if the line is not present."""
         interval = None if self.low is None or self.high is None else (self.low, self.high)
         return Estimate(self.value or 0.0, None, interval, unit, self.present, self.name)
 
@@ -97,27 +81,13 @@ class LineReadings:
 
 
 def read_lines(deviation: Deviation) -> LineReadings:
-    """`LineReadings` of lines of slope −1, −½, 0, +½, +1 on an Allan curve.
+    """`LineReadings` of lines of slope −1, −½, 0, +½, +1 on an overlapping Allan deviation.
 
-    The local slope is a generalized least-squares fit over a factor of 4 in τ, with the covariance that noise of this
-    slope would have. A line is present under three conditions. The local slope differs from that of the line by less
-    than 0.05 plus twice its standard error. The standard error is at most 0.125. The line, extended over all τ, nowhere
-    exceeds the measured curve significantly, because a part of the variance cannot be larger than the total. The line
-    is read where its slope fits best.
-
-    Parameters
-    ----------
-    deviation : Deviation
-        Overlapping Allan deviation.
-
-    Returns
-    -------
-    LineReadings
-
-    Raises
-    ------
-    TooShortError
-        Fewer than three averaging times with an estimate.
+    The local slope is a generalized least-squares fit over a factor of 4 in τ, with the covariance that noise of this slope
+    would have. A line is present under three conditions. The local slope differs from that of the line by less than 0.05
+    plus twice its standard error. The standard error is at most 0.125. The line, extended over all τ, nowhere exceeds the
+    measured curve significantly, because a part of the variance cannot be larger than the total. The line is read where its
+    slope fits best. `TooShortError` for fewer than three averaging times with an estimate.
     """
     tau, sigma, edf, m = deviation.tau, deviation.deviation, deviation.edf, deviation.factors
     good = np.isfinite(sigma) & (sigma > 0) & np.isfinite(edf)
@@ -138,7 +108,7 @@ def read_lines(deviation: Deviation) -> LineReadings:
 
 
 def _thinned(m: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Array of indices of averaging factors that grow by at least 20 % each; factors of 0 are skipped.
+    """Indices of averaging factors that grow by at least 20 % each; factors of 0 are skipped.
 
     20 % is 1/8 of a decade, less 10 % for rounding.
     """
@@ -153,12 +123,7 @@ def _thinned(m: NDArray[np.int64]) -> NDArray[np.int64]:
 def _read(
     line: StraightLine, tau: Array, m: NDArray[np.int64], sigma: Array, edf: Array, n: int
 ) -> LineReading:
-    """`LineReading` of one line on an Allan curve of n samples; `present` is False with a reason if the line is absent.
-
-    A line is present if a window of a factor 4 in τ has its slope within 0.05 plus two standard errors, the standard
-    error is at most 0.125, and the curve lies nowhere significantly below the line of this window. Of these windows,
-    the one with the best slope is read.
-    """
+    """`LineReading` of one line on an Allan curve of n samples, under the conditions of `read_lines`."""
     name, slope, where = line.name, line.slope, line.read_at
 
     def absent(reason: str) -> LineReading:
@@ -203,10 +168,7 @@ def _read(
 
 
 def _largest_values(log_deviation: Array, edf: Array) -> Array:
-    """Array of upper limits of ln of the true deviation at each τ, from the measured ln deviation and its edf.
-
-    The truth exceeds a limit with the probability 1 − `CURVE_PROBABILITY`.
-    """
+    """Upper limits of ln of the true deviation at each τ, exceeded with the probability 1 − `CURVE_PROBABILITY`."""
     from scipy.special import chdtri
 
     return np.asarray(log_deviation + 0.5 * np.log(edf / chdtri(edf, CURVE_PROBABILITY)))

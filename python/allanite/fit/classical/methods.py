@@ -33,19 +33,10 @@ METHOD_NAMES = ("spectrum (whittle)", "Allan curve (gls)", "straight lines (line
 
 @dataclass(frozen=True, slots=True)
 class MethodRow:
-    """One coefficient estimated by three methods.
+    """One coefficient, such as ``N`` or ``GM.q_c``, estimated by three methods.
 
-    Attributes
-    ----------
-    name : str
-        ``N``, ``GM.q_c``, …
-    unit : str
-    whittle, gls : Estimate or None
-        None if the method does not estimate the coefficient.
-    line : LineReading or None
-        None if the effect has no straight line.
-    remark : str
-        Why the line reading misleads; empty if it does not.
+    `whittle`, `gls` and `line` are None if the method does not estimate the coefficient. `remark` says why the line reading
+    misleads; empty if it does not.
     """
 
     name: str
@@ -56,23 +47,15 @@ class MethodRow:
     remark: str
 
     def to_dict(self) -> dict[str, Any]:
-        """Dict of name, unit, the coefficient by each method, and the remark, for JSON; None for a method without a value.
-
-        The key ``misleads`` is True if there is a remark.
-        """
+        """Dict for JSON; the key ``misleads`` is True if there is a remark."""
         return fields_dict(self, line="lines") | {"misleads": bool(self.remark)}
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MethodTable:
-    """A fit with its coefficients by all three methods.
+    """A Whittle fit with its coefficients by all three methods.
 
-    Attributes
-    ----------
-    fit : Fit
-        The Whittle fit.
-    rows : tuple of MethodRow
-        Coefficients of the random effects, then lines on the curve for which the model has no effect.
+    `rows` are those of the random effects, then lines on the curve for which the model has no effect.
     """
 
     fit: Fit
@@ -110,10 +93,7 @@ class MethodTable:
 
 
 def _in_table_unit(name: str, estimate: Estimate) -> Estimate:
-    """`Estimate` of the coefficient `name` in the unit in which tables show it; unchanged for an unknown effect.
-
-    `name` is that of a coefficient (``N``) or has the effect before it (``GM.sigma``).
-    """
+    """`Estimate` of the coefficient `name`, such as ``N`` or ``GM.sigma``, in the unit in which tables show it."""
     short, _, own = name.partition(".")
     effect = find(short)
     return estimate if effect is None else in_sheet_unit(estimate, effect.parameter(own or name))
@@ -127,9 +107,8 @@ def _cell(name: str, estimate: Estimate | None) -> str:
 def compare_methods(fit: Fit) -> MethodTable:
     """`MethodTable` of the coefficients of a fit by the Whittle likelihood, GLS and straight lines.
 
-    See `Fit.compare_methods`. A fit by another method is first repeated by the Whittle likelihood. GLS is omitted if it
-    cannot be used, e.g. with held values. Effects without a coefficient have no row. The last rows are straight lines
-    found on the Allan curve for which the model has no effect.
+    A fit by another method is first repeated by the Whittle likelihood. GLS is omitted if it cannot be used, e.g. with held
+    values. Effects without a coefficient have no row.
     """
     from allanite.fit import fit_model
 
@@ -160,10 +139,9 @@ def compare_methods(fit: Fit) -> MethodTable:
 def _lines_without_effect(
     readings: LineReadings, fit: Fit, modeled: set[str | None]
 ) -> list[MethodRow]:
-    """List of rows, with remarks, for straight lines on the Allan curve for which the model has no effect.
+    """List of rows, with remarks, for straight lines on the Allan curve whose names are not `modeled`.
 
-    `modeled` holds the names, such as ``N``, of the lines for which it has one. Every other line that can be read has a
-    row. A line that cannot be read has one only if its slope holds somewhere, but the curve falls below it elsewhere.
+    A line that cannot be read has a row only if its slope holds somewhere, but the curve falls below it elsewhere.
     """
     unit = fit.recording.unit
     others = " + ".join(e.short for e in fit.model)

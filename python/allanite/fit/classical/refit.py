@@ -29,10 +29,7 @@ if TYPE_CHECKING:
 def refit(fit: Fit, method: str) -> Fit:
     """Copy of the Whittle fit with coefficients of the method ``gls`` or ``lines``, its likelihood, and no discrepancy.
 
-    Raises
-    ------
-    InputError
-        The model has held values or limits; or, for ``lines``, effects other than Q, N, B, K, R.
+    `InputError` for held values or limits, and, for ``lines``, for effects other than Q, N, B, K, R.
     """
     if any(e.hold or e.limits for e in fit.model):
         raise InputError(f"method {method!r} does not support held values or limits; use whittle")
@@ -62,8 +59,8 @@ def _with_values(own: Fitted, values: dict[str, Any]) -> Fitted:
 def _gls_estimates(fit: Fit) -> tuple[dict[str, Any], ...]:
     """Tuple of a dict of estimates by parameter name for each effect, with coefficients of random processes by GLS.
 
-    A coefficient is detected if p < 1 %; otherwise its interval starts at 0. Values derived from a coefficient are
-    rescaled with it. All other values are those of `fit`.
+    A coefficient is detected if p < 1 %; otherwise its interval starts at 0. Values derived from a coefficient are rescaled
+    with it. All other values are those of `fit`.
     """
     data, model = fit.data, fit.model
     factors = gls_factors(data.n)
@@ -100,11 +97,7 @@ def _gls_estimates(fit: Fit) -> tuple[dict[str, Any], ...]:
 
 
 def _rescaled(derived: Estimate, coefficient: Estimate, before: float) -> Estimate:
-    """`Estimate` of a derived value that is proportional to a coefficient whose estimate has changed.
-
-    `before` is the former value of the coefficient. The result has the scaled interval of the coefficient and no
-    standard error.
-    """
+    """`Estimate` of a derived value that is proportional to a coefficient, which was `before`, without standard error."""
     ratio = float(derived) / before
     interval = coefficient.interval
     return Estimate(
@@ -120,7 +113,7 @@ def _rescaled(derived: Estimate, coefficient: Estimate, before: float) -> Estima
 def _line_estimates(fit: Fit) -> tuple[dict[str, Any], ...]:
     """Tuple of a dict {name: Estimate} for each effect: the coefficient read from its straight line on the Allan curve.
 
-    0 if the curve does not show the line. InputError for effects without a straight line.
+    0 if the curve does not show the line.
     """
     other = [e.kind for e in fit.model if e.standard is None]
     if other:

@@ -37,10 +37,8 @@ def remove_level_change(white: Array, effect: Modifier, solution: Solution, data
     """Divide a band's change of level out of the whitened ordinates `white`, in place.
 
     If the change belongs to processes of the model, the frequency cells around their peaks are changed (`cell_shares`).
-    Otherwise all ordinates of the frequency band `effect.band` are changed. Their time series is divided by √g.
-
-    Here g = 1 + s(p − 1), p is the expected relative power over time, and s is the share of the process in the density.
-    Without a process, s is 1.
+    Otherwise all ordinates of the frequency band `effect.band` are changed. Their time series is divided by √g, g = 1 + s(p
+    − 1), with the expected relative power p over time and the share s of the process in the density (or 1).
     """
     assert effect.band is not None
     owners = [p for p in solution.processes if effect.changes_level_of(p.effect)]
@@ -58,9 +56,8 @@ def remove_motion(
 ) -> None:
     """Divide the changes caused by a band of moving frequency out of the whitened ordinates `white`, in place.
 
-    The ordinates near the band are divided into cells of frequency. The time series of each cell is divided by the root of
-    its expected relative power. Cells in which the band has at most 1 % of the power, or with a single ordinate, are not
-    changed. Nothing is changed if the band has no frequency.
+    The time series of each cell of frequency near the band is divided by the root of its expected relative power. Cells in
+    which the band has at most 1 % of the power, or with a single ordinate, are not changed.
     """
     if moving.occupies is None:
         return
@@ -84,10 +81,7 @@ def remove_motion(
 
 
 def moving_power(solution: Solution, data: Data, j: NDArray[np.int64], times: Array) -> Array:
-    """Array of the power over time, relative to its mean, at ordinates j, shape (times, ordinates).
-
-    Only bands of moving frequency change the power; 1 without such bands.
-    """
+    """Power over time, relative to its mean, at ordinates j, shape (times, ordinates); only moving bands change it."""
     power = np.ones((times.size, j.size))
     for own in solution.processes:
         if own.effect.moving and own.theta:
@@ -99,10 +93,7 @@ def moving_power(solution: Solution, data: Data, j: NDArray[np.int64], times: Ar
 
 
 def _divide_by_root(band: Array, power: Array) -> None:
-    """Divide the time series of a band by √`power`, in place: `band` holds the ordinates of the band.
-
-    `power`, shape (ordinates + 1,), has one value for each time of the series (`band_series`).
-    """
+    """Divide the time series of a band of ordinates by √`power`, shape (ordinates + 1,) (`band_series`), in place."""
     band[:] = _kernels.cosine_transform(band_series(band) / np.sqrt(power))[1:]
 
 
@@ -111,9 +102,8 @@ def cell_shares(
 ) -> Iterator[tuple[int, int, float]]:
     """Iterator over (first ordinate, number of ordinates, share) of frequency cells around the peaks of a process.
 
-    An ordinate is a coefficient of the cosine transform; a cell is a group of successive ordinates. The share, 0 … 1, is
-    the part of the model's spectral density that the process makes at the middle of the cell. Cells end before ordinate
-    `n`. Cells with a share of at most 1 % are omitted.
+    The share, 0 … 1, is the part of the model's spectral density that the process makes at the middle of the cell. Cells
+    end before ordinate `n`. Cells with a share of at most 1 % are omitted.
     """
     for low, high in process.effect.peaks:
         middle, half = ((high + s * low) * data.n / data.rate for s in (1.0, -1.0))
@@ -136,8 +126,7 @@ def density_shares(process: Process, solution: Solution, data: Data, j: NDArray[
 def band_ordinates(band: tuple[float, float], data: Data, n: int) -> tuple[int, int]:
     """Pair (first, number) of the ordinates of a frequency band (low, high), Hz; the record has `n` ordinates.
 
-    The number is raised until a transform of number + 1 values is fast, but is at most n − 1. The first ordinate is
-    lowered if the band would exceed `n`.
+    The number is raised until a transform of number + 1 values is fast, but is at most n − 1.
     """
     from scipy.fft import next_fast_len
 
@@ -147,8 +136,5 @@ def band_ordinates(band: tuple[float, float], data: Data, n: int) -> tuple[int, 
 
 
 def band_series(band: Array) -> Array:
-    """Array of the time series of a band, shape (ordinates + 1,): inverse cosine transform of its consecutive ordinates.
-
-    A 0 is put before the ordinates, so that the series has the mean 0.
-    """
+    """Time series of a band, shape (ordinates + 1,): inverse cosine transform of 0 and its consecutive ordinates."""
     return _kernels.inverse_cosine_transform(np.concatenate([[0.0], band]))

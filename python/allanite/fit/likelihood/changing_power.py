@@ -25,40 +25,32 @@ BINS_TO_EACH_SIDE = 7
 
 
 def changing_effects(model: Model) -> tuple[Effect, ...]:
-    """Tuple of the effects of a model that change the noise power over time, in the order of the model.
+    """Effects of a model that change the noise power over time: level changes and bands of moving frequency.
 
-    These are level changes (of the white noise or of a band) and bands of moving frequency. Models that differ in these
-    effects have different degrees of freedom, so their likelihoods are not comparable.
+    Models that differ in these effects have different degrees of freedom, so their likelihoods are not comparable.
     """
     return tuple(e for e in model if e.moving or e.passing)
 
 
 def mean_squared_level(model: Model, data: Data) -> float:
-    """Mean over time of p², at least 1; p is the relative power of white noise under the model's level changes.
-
-    The mean of p over time is 1. For a model without level changes, p is 1 at all times.
-    """
+    """Mean over time of p², at least 1; p is the relative power of white noise under the model's level changes."""
     power = expected_level(model, data, min(MAX_LEVEL_SEGMENTS, data.n))
     return float(np.mean(power**2))
 
 
 def peak_level(model: Model, data: Data) -> float:
-    """Maximum over time of the white-noise power that the model's level changes cause, relative to its mean over time.
-
-    It is 1 for a model without level changes.
-    """
+    """Maximum over time of the white-noise power under the model's level changes, relative to its mean over time."""
     return float(expected_level(model, data, min(MAX_LEVEL_SEGMENTS, data.n)).max())
 
 
 def effective_freedom(model: Model, data: Data) -> Array:
-    """Array of the degrees of freedom of each bin, shape (bins,); lower if the noise power of the model changes over time.
+    """Degrees of freedom of each bin, shape (bins,); lower if the noise power of the model changes over time.
 
-    Level changes and bands of moving frequency correlate ordinates; without them, `data.bins.count` is returned. For level
-    changes of white noise, the count of a bin is divided by 1 + s²(m − 1), where m is the mean squared relative power over
-    time and s is the share of white noise in the bin. s is estimated from the record, not from the model: the median power
-    of all ordinates divided by the median power of nearby bins, at most 1. Models with the same changes thus have the same
-    degrees of freedom. For a moving band, the factor has 1 − s instead of s, and m is that of its power in the bin. For a
-    level change in a band, s is the fraction of the bin inside the band. Cached for each set of changes.
+    For level changes of white noise, the count of a bin is divided by 1 + s²(m − 1), where m is the mean squared relative
+    power over time and s is the share of white noise in the bin. s is estimated from the record, not from the model: the
+    median power of all ordinates divided by the median power of nearby bins, at most 1. Models with the same changes thus
+    have the same degrees of freedom. For a moving band, the factor has 1 − s instead of s, and m is that of its power in
+    the bin. For a level change in a band, s is the fraction of the bin inside the band.
     """
     changes = changing_effects(model)
     if not changes:
@@ -97,8 +89,8 @@ def _reduced_freedom(model: Model, data: Data) -> Array:
 def _segments_of_equal_width(moving: Stochastic) -> list[Stochastic]:
     """List of processes, one for each time segment: a band of common half-width at the frequency of the moving band there.
 
-    The half-width is 1/8 of the range of these frequencies, at least 1 µHz; the damping of the moving band is not used.
-    Segments whose process cannot be such a band (`banded` returns None) are omitted.
+    The half-width is 1/8 of the range of these frequencies; the damping of the moving band is not used. Segments whose
+    process cannot be such a band (`banded` returns None) are omitted.
     """
     places = moving.middles
     half = max((max(places) - min(places)) / 8.0, 1e-6)

@@ -148,17 +148,14 @@ class Data(ABC):
         return self.start, self.start + self.duration
 
     def terms(self, model: Model) -> tuple[Term, ...]:
-        """Tuple of the primitive spectral terms whose sum is the spectrum of a model with values.
+        """Primitive spectral terms whose sum is the spectrum of a model with values.
 
         If the first and the last sample are missing, the terms contain no leakage from the ends of the record.
         """
         return self._without_end_leakage(model.terms(self.rate, self.span))
 
     def unit_terms(self, model: Model, effect: Stochastic) -> tuple[Term, ...]:
-        """Tuple of the primitive spectral terms whose sum is the spectrum of one effect of the model at coefficient 1.
-
-        If the first and the last sample are missing, the terms contain no leakage from the ends of the record.
-        """
+        """Primitive spectral terms, as of `terms`, of one effect of the model at coefficient 1."""
         return self._without_end_leakage(model.unit_terms(effect, self.rate, self.span))
 
     def _without_end_leakage(self, terms: tuple[Term, ...]) -> tuple[Term, ...]:
@@ -223,24 +220,17 @@ class Data(ABC):
     ) -> list[tuple[int, int, Array, float]]:
         """List of (first ordinate, end ordinate, power, number), one for each octave of a summary; empty for a recording.
 
-        Of these octaves, a summary keeps no single ordinates but mean squares over time. `power` is an array: the mean
-        square in each of equal time cells, divided by its expectation. `number` is how many ordinates there are per
-        cell.
-
-        Parameters
-        ----------
-        expected : callable
-            Maps ordinates j to the expected density, U² per sample.
-        relative_power : callable
-            Maps ordinates and times to the expected power relative to this density, shape (times, ordinates).
+        Of these octaves, a summary keeps no single ordinates but mean squares over time. `power` is the mean square in each
+        of equal time cells of `number` ordinates, divided by its expectation. `expected` maps ordinates j to the expected
+        density, U² per sample. `relative_power` maps ordinates and times to the power relative to it, shape (times,
+        ordinates).
         """
         return []
 
     def at_octave_resolution(self, power: Array, first: int) -> Array:
-        """Array like `power`, averaged within the time blocks for which a summary keeps the power of one octave.
+        """`power`, in equal time cells, averaged within the time blocks for which a summary keeps the power of one octave.
 
-        `power` has one value for each of equal time cells. `first` is the first ordinate of the octave. For a
-        recording, which keeps all ordinates, `power` itself is returned.
+        `first` is the first ordinate of the octave. A recording keeps all ordinates and returns `power` itself.
         """
         return power
 
@@ -253,10 +243,10 @@ class Data(ABC):
     def minus_functions(
         self, ordinates: Array, parts: Sequence[tuple[Deterministic, Array]]
     ) -> Array:
-        """Array of `ordinates` minus known functions of time with given amplitudes, shape (known,).
+        """`ordinates` minus known functions of time with given amplitudes, shape (known,).
 
         `parts` holds pairs of an effect and its amplitudes; negative amplitudes add a function. The functions are first
-        multiplied by `gain` if samples are missing. `ordinates` itself is returned if all amplitudes are 0.
+        multiplied by `gain` if samples are missing.
         """
         total: Array | None = None
         once: Array | None = None
@@ -297,10 +287,7 @@ class Data(ABC):
         )
 
     def attenuated(self, ordinates: Array, j: NDArray[np.int64]) -> Array:
-        """Array of ordinates of known functions of time, shape (…, k), multiplied by `gain` at the indices j, shape (k,).
-
-        Unchanged if no sample is missing.
-        """
+        """Ordinates of known functions of time, shape (…, k), multiplied by `gain` at the indices j, shape (k,)."""
         return ordinates if self.gain is None else ordinates * self.gain[j]
 
 
@@ -339,8 +326,8 @@ class SampleData(Data):
     ) -> int:
         """Number of equal time sections in which a band (low, high), Hz, can be followed; 0 if it cannot.
 
-        The number is `max_number`, halved until the bandwidth times the duration of a section reaches `min_product`. It
-        is 0 if no number suffices, or if over 10 % of the samples are missing.
+        The number is `max_number`, halved until the bandwidth times the duration of a section reaches `min_product`. It is
+        0 if over 10 % of the samples are missing.
         """
         number = max_number if has_all_ordinates(self) else 0
         while number and (band[1] - band[0]) * self.duration / number < min_product:
@@ -359,20 +346,11 @@ def averaging_factors(top: int) -> NDArray[np.int64]:
 
 
 def prepare(recording: Any, missing: NDArray[np.bool_] | None = None) -> SampleData:
-    """`SampleData` of a one-column recording, prepared for fitting.
+    """`SampleData` of a one-column recording; `missing` are samples to treat as missing in addition to NaN.
 
-    Parameters
-    ----------
-    recording : Recording
-    missing : ndarray of bool, shape (n,), optional
-        Samples to treat as missing in addition to NaN.
-
-    Raises
-    ------
-    InputError
-        Infinite samples, several columns, or a largest deviation from the mean that is not within 1e-75 to 1e75.
-    TooShortError
-        Fewer than 32 samples present, fewer than one in 200 present, constant samples, or fewer than 10 changes of value.
+    `InputError` for infinite samples, several columns, or a largest deviation from the mean that is not within 1e-75 to
+    1e75. `TooShortError` for fewer than 32 or one in 200 samples present, constant samples, or fewer than 10 changes of
+    value.
     """
     label = (
         f"column {recording.columns[0]!r}" if getattr(recording, "columns", None) else "the record"
@@ -406,11 +384,7 @@ def prepare(recording: Any, missing: NDArray[np.bool_] | None = None) -> SampleD
 
 
 def _checked_values(samples: NDArray[Any], label: str) -> Array:
-    """Array of the samples of one column as floats; float64 samples are not copied.
-
-    Raises `InputError` for several columns or infinite samples, `TooShortError` for fewer than 32 samples. NaN are
-    allowed.
-    """
+    """Samples of one column as floats; float64 samples are not copied. NaN are allowed."""
     if samples.ndim != 1:
         raise InputError(f"a fit needs one column, found an array of shape {samples.shape}")
     if samples.size < MIN_SAMPLES:
@@ -426,15 +400,7 @@ def _checked_values(samples: NDArray[Any], label: str) -> Array:
 
 
 def _require_noise(filled: Array, label: str) -> None:
-    """Raise an error if a fit of the samples `filled` is impossible; `label` names them in the message.
-
-    Raises
-    ------
-    TooShortError
-        The samples are constant, or change their value fewer than 10 times.
-    InputError
-        The largest deviation from the mean is below 1e-75 or above 1e75.
-    """
+    """Raise an error if a fit of the samples `filled` is impossible; `label` names them in the message."""
     if float(np.ptp(filled)) == 0.0:
         raise TooShortError(f"{label} is constant ({filled[0]:g}); there is no noise to fit")
     changes = int(np.count_nonzero(filled[1:] != filled[:-1]))

@@ -38,14 +38,9 @@ HALF_CHI2_95 = 0.5 * NORMAL**2
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MarginalLikelihood:
-    """Marginal likelihood of a spectrum at one discrepancy δ.
+    """Marginal likelihood of a spectrum at one discrepancy δ, in units of the Whittle likelihood −½ Σ n (ln S + I/S).
 
-    Attributes
-    ----------
-    log_likelihood : float
-        Marginal logL, in units of the Whittle likelihood −½ Σ n (ln S + I/S).
-    weight : ndarray, shape (bins,)
-        Effective degrees of freedom of each bin, at most its count.
+    `weight`, shape (bins,), are the effective degrees of freedom of each bin, at most its count.
     """
 
     log_likelihood: float
@@ -66,8 +61,8 @@ def _likelihood_of_bytes(count: bytes, cells: bool) -> _kernels.Likelihood:
 def likelihood(count: Array, *, cells: bool = False) -> _kernels.Likelihood:
     """`_kernels.Likelihood`: marginal likelihood of bins with the degrees of freedom `count`; its tables are cached.
 
-    By default the bins of a cell (a group of neighboring bins) share one error ε of the model. With `cells`, each value
-    of `count` is that of a whole cell, and has its own ε.
+    By default the bins of a cell (a group of neighboring bins) share one error ε of the model. With `cells`, each value of
+    `count` is that of a whole cell, and has its own ε.
     """
     stop_if_unwanted()  # every fit passes here often enough to react to an interrupt
     return _likelihood_of_bytes(count.tobytes(), cells)
@@ -94,7 +89,7 @@ def best_scale(power: Array, count: Array, spectrum: Array) -> tuple[int, float]
 
 
 def bin_levels(power: Array, count: Array, spectrum: Array, scale: int | None) -> Array:
-    """Array of the estimated ratio e^ε of true to modeled power in each bin, shape (bins,).
+    """Estimated ratio e^ε of true to modeled power in each bin, shape (bins,).
 
     `scale` is the index of the discrepancy δ in `SCALES`; None means δ = 0, and all ratios are 1. Groups of neighboring
     bins share one ratio. The ratio is also 1 in a group with less than half a degree of freedom: a regression fits such
@@ -119,21 +114,10 @@ def linearized(
 ) -> tuple[Array, Array]:
     """Pair (rows, residual) of the least-squares problem rows · x ≈ residual, whose solution x is a Fisher-scoring step.
 
-    Parameters
-    ----------
-    slopes : ndarray, shape (bins, p)
-        ∂ln S/∂x.
-    power, count, spectrum, weight : ndarray, shape (bins,)
-        Measured power, degrees of freedom, model S, and the weights of `marginal_likelihood`.
-
-    Returns
-    -------
-    rows : ndarray, shape (bins + groups, p)
-        A group consists of neighboring bins that share one error of the model. First come the bins, as deviation from the
-        mean of their group, with all degrees of freedom. The mean of each group follows, with the effective ones.
-        ½ rowsᵀ·rows is the Fisher information.
-    residual : ndarray, shape (bins + groups,)
-        ½ rowsᵀ·residual is the gradient of logL.
+    `slopes`, shape (bins, p), are ∂ln S/∂x; `weight` is that of `marginal_likelihood`. rows has shape (bins + groups, p); a
+    group are neighboring bins that share one error of the model. First come the bins, as deviation from the mean of their
+    group, with all degrees of freedom. The mean of each group follows, with the effective ones. ½ rowsᵀ·rows is the Fisher
+    information, and ½ rowsᵀ·residual the gradient of logL.
     """
     first = cells_of(count.size)
     sizes = np.diff([*first, count.size])
@@ -152,10 +136,9 @@ def linearized(
 def scale_interval(
     power: Array, count: Array, spectrum: Array, scale: int | None
 ) -> tuple[float, float]:
-    """Pair (low, high): 95 % interval of the discrepancy δ of ln power at a fixed spectrum, from its profile likelihood.
+    """95 % interval of the discrepancy δ of ln power at a fixed spectrum, from its profile likelihood.
 
-    `scale` is the index of the fitted δ in `SCALES`, or None for δ = 0. `low` is 0 if `scale` is None, or if δ = 0 is
-    inside the interval. (0, 0.001) is returned if no δ of `SCALES` is inside.
+    `scale` is the index of the fitted δ in `SCALES`, or None for δ = 0. (0, 0.001) if no δ of `SCALES` is inside.
     """
     values = profile_likelihood(power, count, spectrum)
     plain = marginal_likelihood(power, count, spectrum, None).log_likelihood

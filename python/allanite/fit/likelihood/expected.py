@@ -31,13 +31,7 @@ if TYPE_CHECKING:
 class Noise:
     """Predicted variance of single ordinates from the random effects of a fitted model.
 
-    Attributes
-    ----------
-    terms : tuple of Term
-        Spectral terms of the model.
-    bins : Bins
-    level : ndarray, shape (bins,)
-        Estimated ratio of true to modeled power in each bin; 1 without a discrepancy.
+    `level`, shape (bins,), is the estimated ratio of true to modeled power in each bin; 1 without a discrepancy.
     """
 
     terms: tuple[Term, ...]
@@ -47,10 +41,9 @@ class Noise:
     __repr__ = brief
 
     def variance(self, j: NDArray[np.int64]) -> Array:
-        """Array of the expected squares of the ordinates j, U² per sample, shape of j.
+        """Expected squares of the ordinates j, U² per sample: the density of the model times `level`.
 
-        It is the density of the model times `level`, the estimated ratio of true to modeled power of the bin. In the
-        bins of a filter's stop band, it is multiplied by 1e12, so that no ordinate stands out there.
+        In the bins of a filter's stop band, it is multiplied by 1e12, so that no ordinate stands out there.
         """
         place = np.searchsorted(self.bins.edges, j, side="right") - 1
         unseen = np.where(is_empty(self.bins), EMPTY_BIN_DENSITY_FACTOR, 1.0)
@@ -58,10 +51,7 @@ class Noise:
 
 
 def columns(model: Model, data: Data) -> Array:
-    """Array of the expected power of each bin from each random effect at coefficient 1, shape (bins, effects).
-
-    The filters of the model act on all effects. Its level changes and bandwidth also act on white noise.
-    """
+    """Expected power of each bin from each random effect at coefficient 1 (`column_of`), shape (bins, effects)."""
     return np.array([column_of(model, effect, data) for effect in model.stochastic]).T
 
 
@@ -73,10 +63,10 @@ def column(terms: tuple[Term, ...], data: Data) -> Array:
 
 
 def column_of(model: Model, effect: Stochastic, data: Data) -> Array:
-    """Array of the expected power of each bin from one effect of a model at coefficient 1, shape (bins,).
+    """Expected power of each bin from one effect of a model at coefficient 1, shape (bins,).
 
-    The filters of the model act on the effect; on white noise, its level changes and bandwidth act too. Leakage by
-    missing samples is included. The array is cached, except for the factor of level changes.
+    The filters of the model act on the effect; on white noise, its level changes and bandwidth act too. Leakage by missing
+    samples is included.
     """
     stop_if_unwanted()
     unscaled, mixing = _without_coefficient(effect), data.mixing
@@ -94,10 +84,10 @@ def column_of(model: Model, effect: Stochastic, data: Data) -> Array:
 
 
 def expected_power(model: Model, data: Data, ends_missing: bool = False) -> Array:
-    """Array of the expected power of each bin: sum over all random effects of a model with values, shape (bins,).
+    """Expected power of each bin: sum over all random effects of a model with values, shape (bins,).
 
-    The power is computed as if no sample were missing. With `ends_missing`, only the first and the last sample are
-    missing, and the leakage from the ends of the record is left out.
+    The power is computed as if no sample were missing. With `ends_missing`, only the first and the last sample are missing,
+    and the leakage from the ends of the record is left out.
     """
     total = np.zeros(data.bins.count.size)
     for effect in model.stochastic:
@@ -126,11 +116,7 @@ def _complete_column(
     n: int,
     ends_missing: bool,
 ) -> Array:
-    """Array of the expected power of each bin from one effect at coefficient 1 with modifiers, shape (bins,); cached.
-
-    The power is computed as if no sample were missing. With `ends_missing`, the first and the last sample are missing,
-    so that the ends of the record add no leakage.
-    """
+    """Expected power of each bin from one effect at coefficient 1 with modifiers, as of `expected_power`, shape (bins,)."""
     terms = Model((*acting, effect)).unit_terms(effect, rate, span)
     if ends_missing:
         terms = tuple(term.inside for term in terms)
@@ -159,10 +145,7 @@ def _evaluator(n: int) -> _kernels.Ordinates:
 
 
 def density(terms: tuple[Term, ...], ordinates: NDArray[np.int64], n: int) -> Array:
-    """Array of the expected squares of given cosine ordinates of n samples, U² per sample, shape of `ordinates`.
-
-    All values are at least 1e-300.
-    """
+    """Expected squares of given cosine ordinates of n samples, U² per sample, at least 1e-300."""
     stop_if_unwanted()
     found = _kernels.Ordinates(ordinates, n).variance([term.at_ordinates(n) for term in terms])
     return np.maximum(found, 1e-300)
@@ -171,11 +154,7 @@ def density(terms: tuple[Term, ...], ordinates: NDArray[np.int64], n: int) -> Ar
 def relative_power_of_segments(
     parts: Sequence[Stochastic], ordinates: NDArray[np.int64], data: Data
 ) -> Array:
-    """Array of the power of a process in each time segment, divided by the mean over the segments.
-
-    Its shape is (segments, ordinates). `parts` holds the process of each segment; `ordinates` are the indices j at which
-    the power is computed.
-    """
+    """Power of a process in each time segment, divided by the mean over the segments, shape (segments, ordinates)."""
     terms = [part.unit_terms(data.rate) for part in parts]
     power = np.array([density(own, ordinates, data.n) for own in terms])
     return np.asarray(power / power.mean(axis=0))

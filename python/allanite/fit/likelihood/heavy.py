@@ -68,8 +68,8 @@ def widened_by_tails(
 def sum_of_squares_quantiles(tail: Tail, sizes: Array) -> tuple[float, float]:
     """Pair: 2.5 % and 97.5 % points of the sum of squares of heavy-tailed samples, relative to its expectation.
 
-    `sizes` are |samples|. The points are those of the Student law of `tail`. If the largest sample of the record would
-    be improbably small for this law (0.1 %), they follow from the kurtosis of the samples instead.
+    `sizes` are |samples|. The points are those of the Student law of `tail`. If the largest sample of the record would be
+    improbably small for this law (0.1 %), they follow from the kurtosis of the samples instead.
     """
     from scipy.special import stdtr
 
@@ -83,10 +83,9 @@ def sum_of_squares_quantiles(tail: Tail, sizes: Array) -> tuple[float, float]:
 
 
 def _quantiles_by_kurtosis(sizes: Array) -> tuple[float, float]:
-    """Pair: 2.5 % and 97.5 % points of the sum of squares of the samples, divided by its expectation.
+    """Pair: 2.5 % and 97.5 % points of the sum of squares of samples with these |samples|, divided by its expectation.
 
-    `sizes` are the absolute values of the samples. The points are exp(∓1.96 s/√n), by the central limit theorem: s is the
-    relative standard deviation of the n squares.
+    The points are exp(∓1.96 s/√n), by the central limit theorem: s is the relative standard deviation of the n squares.
     """
     squares = sizes**2
     spread = NORMAL * float(squares.std() / squares.mean()) / np.sqrt(sizes.size)

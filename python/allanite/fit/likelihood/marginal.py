@@ -41,12 +41,7 @@ PROPOSAL_FREEDOM = 5
 class Mixture:
     """Mixture of normal distributions of p amplitudes, one component for each draw of the noise coefficients.
 
-    Attributes
-    ----------
-    means : ndarray, shape (draws, p)
-    covariances : ndarray, shape (draws, p, p)
-    weights : ndarray, shape (draws,)
-        Weights of the components; their sum is 1.
+    Shapes are (draws, p) of `means`, (draws, p, p) of `covariances` and (draws,) of `weights`, whose sum is 1.
     """
 
     means: Array
@@ -101,18 +96,10 @@ class Mixture:
 class _Record:
     """Lowest ordinates one by one, and the power of the remaining bins, with the regressors of slow functions.
 
-    Attributes
-    ----------
-    values : ndarray, shape (ordinates,)
-        Lowest ordinates of the record; other functions of time are removed, the slow ones are not.
-    matrix : ndarray, shape (ordinates, p)
-        Ordinates of the regressors.
-    low : ndarray, shape (ordinates, effects)
-        Expected density at the lowest ordinates of each effect at coefficient 1.
-    high : ndarray, shape (bins, effects)
-        Expected power of the remaining bins of each effect at coefficient 1.
-    power, count : ndarray, shape (bins,)
-        Measured power of the remaining bins and its degrees of freedom.
+    `values` and `matrix`, shapes (ordinates,) and (ordinates, p), are the lowest ordinates of the record without its fast
+    functions, and those of the regressors. `low` and `high`, shapes (ordinates, effects) and (bins, effects), are the
+    expected power of each effect at coefficient 1 there and in the remaining bins. Of the latter, `power` is measured with
+    `count` degrees of freedom.
     """
 
     values: Array
@@ -168,10 +155,7 @@ def slow_values(solution: Solution, data: Data) -> dict[Regressed, tuple[Mixture
 
 
 def _slopes(own: Regressed, data: Data) -> dict[str, Array]:
-    """Dict from each free shape with a smooth likelihood to the derivative of the function at the regressed ordinates.
-
-    Shapes that the record does not determine are omitted.
-    """
+    """Dict from each free shape with a smooth likelihood to the derivative of the function at the regressed ordinates."""
     found = {
         name: shape_slope(own.effect, name, own.ordinates, data)
         for name in own.effect.free_shapes
@@ -227,9 +211,9 @@ def _sample(record: _Record, solution: Solution, free: NDArray[np.bool_]) -> tup
     """Tuple (means, covariances, weights) of the amplitudes of slow functions, one entry for each of 400 draws.
 
     A draw is a set of noise coefficients, from importance sampling with a fixed seed; coefficients that are not `free`
-    stay. The first proposal density is a wide multivariate t around the fit. Twice, the weighted draws are smoothed
-    into the next proposal (Population Monte Carlo, Cappé et al. 2004). The result is that of the third set.
-    Coefficients may be drawn negative, because only their squares matter.
+    stay. The first proposal density is a wide multivariate t around the fit. Twice, the weighted draws are smoothed into
+    the next proposal (Population Monte Carlo, Cappé et al. 2004). Coefficients may be drawn negative, because only their
+    squares matter.
     """
     rng = np.random.default_rng(0)
     fitted = np.sqrt(solution.theta)
@@ -264,8 +248,7 @@ def _weighted_posterior(
 ) -> tuple[Array, Array, Array]:
     """Tuple (means, covariances, weights): posterior of the amplitudes of slow functions for each row of coefficients.
 
-    `drawn` holds the rows, and `proposed` the logarithms of the density from which they were drawn. The weights are
-    proportional to likelihood over this density (importance sampling), and sum to 1.
+    `proposed` are the logarithms of the density from which the rows `drawn` were drawn (importance sampling).
     """
     means, covariances, value = record.posterior(drawn)
     value -= proposed
@@ -280,11 +263,10 @@ def _cholesky(covariance: Array, solution: Solution) -> Array:
 
 
 def _proposal(solution: Solution, free: NDArray[np.bool_]) -> Array:
-    """Array: lower Cholesky factor of the covariance of the first proposal distribution of coefficients, shape (p, p).
+    """Lower Cholesky factor of the covariance of the first proposal distribution of coefficients, shape (p, p).
 
     The standard errors are 1.5 times those of the Fisher information. A coefficient whose square is below the standard
-    error of this square has no correlations, and a standard error from the information on the square. A coefficient
-    that is not `free` has nearly no variance.
+    error of this square has no correlations, and a standard error from the information on the square.
     """
     theta = solution.theta
     slopes = solution.columns / solution.spectrum[:, None]

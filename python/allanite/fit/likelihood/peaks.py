@@ -64,8 +64,7 @@ def has_ordinates_near(effect: Effect, data: Data) -> bool:
 def is_fitted_to_ordinates(effect: Effect, data: Data) -> bool:
     """True if the shapes of an effect are fitted to single ordinates (cosine-transform coefficients) instead of bins.
 
-    The effect must be a narrow band whose shapes are all free and can be given by two band limits (`banded`). The
-    record must keep the ordinates near the band (`has_ordinates_near`).
+    The effect must be a narrow band whose shapes are all free and can be given by two band limits (`banded`).
     """
     if not is_narrow(effect) or not has_ordinates_near(effect, data):
         return False
@@ -75,10 +74,7 @@ def is_fitted_to_ordinates(effect: Effect, data: Data) -> bool:
 
 
 def bins_near(effect: Effect, bins: Bins, rate: float) -> Ordinates:
-    """Ascending array of the indices of bins near the peaks of an effect: the bin of each peak and three on either side.
-
-    For a peak outside the spectrum, these are the bins at the nearer end. Empty for an effect without peaks.
-    """
+    """Indices of bins near the peaks of an effect, ascending: the bin of each peak and three on either side."""
     middles = np.reshape(effect.peaks, (-1, 2)).sum(axis=1) * bins.n / rate
     places = np.maximum(np.searchsorted(bins.edges, middles, side="right") - 1, 0)
     around = places[:, None] + np.arange(-BINS_BESIDE_BAND, BINS_BESIDE_BAND + 1)
@@ -95,8 +91,8 @@ def means_near(
 ) -> tuple[Ordinates, Array]:
     """Pair of arrays: indices of the bins in or near a narrow band, and the mean of `density` over each bin's ordinates.
 
-    `density` maps ordinates to the density of the effect. Up to 8192 ordinates are summed, more are interpolated. (Bins
-    are usually evaluated at a few nodes, which would miss the band.)
+    Up to 8192 ordinates are summed, more are interpolated. (Bins are usually evaluated at a few nodes, which would miss the
+    band.)
     """
     near = bins_near(effect, bins, rate)
     first, end = bins.edges[near], bins.edges[near + 1]

@@ -21,16 +21,9 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Linear:
-    """A model at given shapes, linear in the squared coefficients θ: power = matrix · θ.
+    """A model at given shapes, linear in the squared coefficients θ: power = matrix · θ, shape (bins, effects).
 
-    Attributes
-    ----------
-    matrix : ndarray, shape (bins, effects)
-        Expected bin power of each effect at coefficient 1.
-    free : ndarray of bool, shape (effects,)
-        True where the coefficient is fitted, False where it is held.
-    fixed : ndarray, shape (effects,)
-        Squared values of the held coefficients, 0 elsewhere.
+    `free` is False where the coefficient is held; `fixed` are the squared values of held coefficients, 0 elsewhere.
     """
 
     matrix: Array
@@ -53,10 +46,7 @@ class Linear:
         )
 
     def with_held(self, found: Maximum) -> Maximum:
-        """Copy of the maximum `found` with the squared coefficients θ of all effects, shape (effects,).
-
-        `found.theta` holds only the free coefficients; the values of the held coefficients are inserted.
-        """
+        """Copy of the maximum `found` with θ of all effects, shape (effects,); its θ has only the free coefficients."""
         theta = self.fixed.copy()
         theta[self.free] = found.theta
         return replace(found, theta=theta)
@@ -66,13 +56,8 @@ class Linear:
 class RandomPart:
     """Bin power of a record minus its known functions of time, to be explained by random effects.
 
-    Attributes
-    ----------
-    data : Data
-    power, count : ndarray, shape (bins,)
-        Mean squared ordinate, U² per sample, and its degrees of freedom.
-    is_expected : bool
-        True if the power is computed from the model instead of measured; the discrepancy is then 0.
+    `power`, shape (bins,), is the mean squared ordinate, U² per sample, and `count` its degrees of freedom. With
+    `is_expected`, it is computed from the model instead of measured; the discrepancy is then 0.
     """
 
     data: Data
@@ -83,10 +68,7 @@ class RandomPart:
     __repr__ = brief
 
     def linear(self, model: Model) -> Linear:
-        """`Linear`: expected bin power of a model as a linear function of its squared coefficients.
-
-        Shape parameters (frequencies, time constants) have the values in the model.
-        """
+        """`Linear`: expected bin power of a model, at its shapes, as a linear function of its squared coefficients."""
         effects = model.stochastic
         held = np.array([e.coefficient in e.held for e in effects], dtype=bool)
         known = np.array([getattr(e, e.coefficient) or 0.0 for e in effects]) ** 2
@@ -96,7 +78,7 @@ class RandomPart:
         """`Maximum` of the likelihood over the free coefficients and the discrepancy, at the model's present shapes.
 
         `start` is a maximum at other shapes, or of the model without its last effect. θ of the result includes held
-        effects. For an expected spectrum (`is_expected`) there is no discrepancy, and `start` is not used.
+        effects.
         """
         linear = self.linear(model)
         if self.is_expected:
@@ -111,7 +93,7 @@ class RandomPart:
     def climb(self, linear: Linear, theta: Array, scale: int | None, rounds: int = 80) -> Maximum:
         """Local `Maximum` of the likelihood over the coefficients, by at most `rounds` ascent steps from `theta`.
 
-        The discrepancy starts at SCALES[scale]; with None it stays 0. Held coefficients stay.
+        The discrepancy starts at SCALES[scale]; with None it stays 0.
         """
         return linear.with_held(
             climb(

@@ -45,13 +45,7 @@ def trim_memory(samples: int) -> None:
 
 @dataclass(eq=False)
 class ArrayCache:
-    """Thread-safe cache of arrays by key; the least recently used arrays are dropped first.
-
-    Attributes
-    ----------
-    max_bytes : int
-        Maximum size of all arrays, bytes.
-    """
+    """Thread-safe cache of arrays of at most `max_bytes` in all; the least recently used arrays are dropped first."""
 
     max_bytes: int
     _kept: dict[Hashable, Array] = field(default_factory=dict, repr=False)
@@ -61,8 +55,7 @@ class ArrayCache:
     def get(self, key: Hashable, make: Callable[[], Array]) -> Array:
         """Array stored for `key`; if there is none, it is computed by `make` and stored.
 
-        Arrays larger than `max_bytes` are not stored. The least recently used arrays are dropped if the total exceeds
-        `max_bytes`. Two threads may compute the same array twice.
+        Arrays larger than `max_bytes` are not stored. Two threads may compute the same array twice.
         """
         with self._lock:
             found = self._kept.pop(key, None)

@@ -19,17 +19,10 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Cells:
-    """Mean squared ordinates in frequency cells of each section.
+    """Mean squared ordinates, U² per sample, in frequency cells of each section, and their number, shape (sections, cells).
 
-    Attributes
-    ----------
-    power : ndarray, shape (sections, cells)
-        Mean squared ordinate, U² per sample.
-    count : ndarray, shape (sections, cells)
-        Number of ordinates in each mean.
-    at : tuple of (ndarray of int64, int)
-        Groups of cells in order: the middle ordinates of the cells, and the number of samples whose transform these
-        ordinates belong to.
+    `at` are groups of cells in order: the middle ordinates of the cells, and the number of samples whose transform these
+    ordinates belong to.
     """
 
     power: Array
@@ -45,10 +38,7 @@ class Cells:
         return np.concatenate([density(terms, j, n) for j, n in self.at])
 
     def log_likelihood(self, expected: Array) -> Array:
-        """Array of the Whittle logL of each time section, shape (sections,).
-
-        `expected`, shape (cells,), is the expected power of each frequency cell, the same in all sections.
-        """
+        """Whittle logL of each time section, shape (sections,), for this expected power of each frequency cell."""
         judged = np.log(expected) + self.power / expected
         return np.asarray(-0.5 * np.einsum("sc,sc->s", judged, self.count))
 
@@ -59,10 +49,7 @@ class Sections(Protocol):
     limits: tuple[float, float]
 
     def cells(self, within: tuple[float, float], step: float) -> Cells:
-        """`Cells`: power of each section in frequency cells about `step` Hz wide.
-
-        `within` are the lowest and highest frequency, Hz.
-        """
+        """`Cells`: power of each section in frequency cells about `step` Hz wide, between the two `within`, Hz."""
 
 
 class SectionsOfSamples:
@@ -75,10 +62,7 @@ class SectionsOfSamples:
         self.squares = np.array([_kernels.cosine_transform(piece) ** 2 for piece in pieces])
 
     def cells(self, within: tuple[float, float], step: float) -> Cells:
-        """`Cells`: power of each section in frequency cells about `step` Hz wide.
-
-        `within` are the lowest and highest frequency, Hz.
-        """
+        """`Cells`: power of each section in frequency cells about `step` Hz wide, between the two `within`, Hz."""
         first, last = max(within[0], step), min(within[1], 0.5 * self.rate)
         places = np.round(np.arange(first, last, step) * 2.0 * self.n / self.rate)
         edges: NDArray[np.int64] = np.unique(places.astype(np.int64).clip(1, self.n))

@@ -30,9 +30,9 @@ MIN_EMPTY_BIN_ORDINATES = 16
 def bins_with_stop_band(ordinates: Array) -> Bins:
     """`Bins` of a record with these ordinates; empty bins (a filter's stop band) get nearly no degrees of freedom.
 
-    An empty bin has at least 16 ordinates and a frequency above 1/32 of the sampling rate. Its power is less than 1e-4
-    of a reference: medians of the bin power are taken over one octave around each bin above this frequency. The
-    reference is the largest of these medians within two octaves. Without empty bins, the cached `bins_of` is returned.
+    An empty bin has at least 16 ordinates and a frequency above 1/32 of the sampling rate. Its power is less than 1e-4 of a
+    reference: medians of the bin power are taken over one octave around each bin above this frequency. The reference is the
+    largest of these medians within two octaves.
     """
     bins = bins_of(ordinates.size)
     at = np.log2(bins.frequency(1.0))

@@ -70,17 +70,10 @@ OUTLIER_FACTOR = 1.7
 class Whitened:
     """The residual divided by the root of the model's density, corrected by the discrepancy of each bin.
 
-    The result is white with variance 1 at all frequencies. What remains are differences between times.
-
-    Attributes
-    ----------
-    samples : ndarray, shape (n,)
-        Whitened samples. A summary keeps only the lowest ordinates; then there are as many samples as ordinates.
-    bands : tuple
-        Octaves from the highest down to those with `MIN_BAND_VALUES` values: (first ordinate, end ordinate, power over
-        time, number of squares averaged in each value). Octaves with mostly empty bins are skipped.
-    step : float
-        Rounding step of the record in units of `samples`; 0 if the step is small.
+    The result is white with variance 1 at all frequencies. What remains are differences between times. `samples`, shape
+    (n,), of a summary are as many as its lowest ordinates. `bands` are octaves from the highest down to those with
+    `MIN_BAND_VALUES` values: (first ordinate, end ordinate, power over time, number of squares averaged in each value).
+    `step` is the rounding step of the record in units of `samples`; 0 if it is small.
     """
 
     samples: Array
@@ -96,11 +89,11 @@ class Whitened:
 
     @cached_property
     def without_outliers(self) -> Whitened:
-        """Copy in which the size of each outlier is reduced to the robust standard deviation of its 32 neighbors; cached.
+        """Copy in which the size of each outlier is reduced to the robust standard deviation of its cell of 32 samples.
 
-        The samples are divided into cells of 32; signs stay. An outlier exceeds 1.7 times the size that the largest of
-        n normal samples exceeds in 1 % of records. It would imitate a change of level. The object itself is returned
-        without outliers, for a summary, for coarsely rounded samples, and for fewer than 32 samples.
+        An outlier exceeds 1.7 times the size that the largest of n normal samples exceeds in 1 % of records. It would
+        imitate a change of level. The object itself is returned without outliers, for a summary, and for coarsely rounded
+        samples.
         """
         from scipy.special import ndtri_exp
 
@@ -122,12 +115,10 @@ class Whitened:
 
     @cached_property
     def with_normal_tails(self) -> Whitened:
-        """Copy in which the samples are replaced by normal scores of their ranks, so that they are normal; cached.
+        """Copy in which the samples are replaced by normal scores of their ranks, so that they are normal.
 
-        `without_outliers` is returned instead for a summary, or if the samples of `without_outliers` are normal
-        already. The scores keep changes of level over time, but a few largest samples no longer determine when a level
-        changes. Coarsely rounded samples are first spread over one rounding step by random numbers of fixed seed. Equal
-        values thus get different ranks.
+        `without_outliers` is returned instead for a summary, or if its samples are normal already. The scores keep changes
+        of level over time, but a few largest samples no longer determine when a level changes.
         """
         samples = self.samples
         if self.is_from_summary or _is_normal(self.without_outliers.samples):
@@ -164,8 +155,7 @@ def whiten(solution: Solution, data: Data) -> Whitened:
     """`Whitened` residual of a solution: white samples and octave bands (power over time).
 
     Changes over time that the model contains are divided out: level changes and bands of moving frequency. Ordinates at
-    which a line wanders are replaced by draws (`Stochastic.unsteady`). If samples are missing, the residual of the
-    completed samples is used.
+    which a line wanders are replaced by draws (`Stochastic.unsteady`).
     """
     residual = solution.ordinates
     if data.gain is not None:
@@ -193,8 +183,8 @@ def whiten(solution: Solution, data: Data) -> Whitened:
 def replace_unsteady_ordinates(white: Array, solution: Solution, data: Data) -> None:
     """Replace the whitened ordinates `white` at which a line wanders (`Stochastic.unsteady`) by draws, in place.
 
-    The line is now here, now there, and may stay at a frequency for a while. Its ordinates say nothing about the level
-    of the noise over time, and nothing about tone bursts.
+    The line may stay at a frequency for a while. Its ordinates say nothing about the level of the noise over time, and
+    nothing about tone bursts.
     """
     for own in solution.processes:
         if own.effect.unsteady is not None and own.theta > 0.0:
@@ -206,9 +196,9 @@ def replace_unsteady_ordinates(white: Array, solution: Solution, data: Data) -> 
 def _without_level_changes(solution: Solution, data: Data, whitened: Whitened) -> Whitened:
     """Copy of `whitened` in which the level changes of the white noise that the model expects are divided out.
 
-    Each sample is divided by √p. Here p = 1 + s(r − 1), with the share s of white noise in the power and the expected
-    power r of the white noise relative to its mean. Octave bands with at least half white noise are computed from the
-    divided samples. In other bands, and in all bands of a summary, the power over time is divided by the p of the band.
+    Each sample is divided by √p. Here p = 1 + s(r − 1), with the share s of white noise in the power and the expected power
+    r of the white noise relative to its mean. Octave bands with at least half white noise are computed from the divided
+    samples. In other bands, and in all bands of a summary, the power over time is divided by the p of the band.
     """
     _, share, _ = white_power(solution, data, whitened)
     samples = whitened.samples / np.sqrt(1.0 + share * (_relative_power(solution, data) - 1.0))
@@ -229,10 +219,10 @@ def _without_level_changes(solution: Solution, data: Data, whitened: Whitened) -
 
 
 def _relative_power(solution: Solution, data: Data) -> Array:
-    """Array of the expected power of the white noise over time, divided by its mean, one value for each sample.
+    """Expected power of the white noise over time, divided by its mean, one value for each sample.
 
-    It is 1 at missing samples: completed samples have the mean power of the record at all times. For a summary, it has one
-    value for each equal time segment; there are as many segments as single ordinates.
+    It is 1 at missing samples: completed samples have the mean power of the record at all times. For a summary, there is
+    one value for each of as many equal time segments as single ordinates.
     """
     power = expected_level(solution.model, data, solution.ordinates.size)
     if data.missing is not None:
@@ -243,8 +233,7 @@ def _relative_power(solution: Solution, data: Data) -> Array:
 def _is_normal(samples: Array) -> bool:
     """True if samples are consistent with normal samples whose level may differ between 64 segments.
 
-    False for coarsely rounded samples. Otherwise True for fewer than 64 samples, and False if a segment has the median
-    size |x| = 0.
+    False for coarsely rounded samples. Otherwise True for fewer than 64 samples.
     """
     if coarse_step(samples) > 0.0:
         return False
@@ -264,8 +253,8 @@ def _is_normal(samples: Array) -> bool:
 def rounding_step(data: Data, samples: Array) -> float:
     """Step to which the record is rounded, converted to the unit of the whitened `samples`; 0 without coarse rounding.
 
-    A record is coarsely rounded if it has 2 to 50 different values. The step is converted by a ratio of standard
-    deviations: √2 times that of `samples`, over that of the differences of successive samples of the record.
+    The step is converted by a ratio of standard deviations: √2 times that of `samples`, over that of the differences of
+    successive samples of the record.
     """
     some = data.present(data.samples)
     step = coarse_step(some)
@@ -284,10 +273,8 @@ def _samples_and_bands(
 ) -> Whitened:
     """`Whitened` with the time series and the octave bands of the whitened ordinates `white`.
 
-    The samples are the inverse cosine transform, with the first and last samples (`end_samples`) set to 0. An octave band
-    is a tuple (first ordinate, end ordinate, power over time, 1.0). The mean of nearby values replaces the power at both
-    ends. Octaves with fewer than 256 ordinates, or with more than half of them 0, are omitted. `bands` are given bands of
-    higher octaves; these come first in the result.
+    The first and last samples (`end_samples`) are 0, and the mean of nearby values replaces the power there. Octaves with
+    fewer than 256 ordinates, or with more than half of them 0, are omitted. `bands` are given bands of higher octaves.
     """
     from scipy.fft import next_fast_len
 
@@ -313,10 +300,9 @@ def _samples_and_bands(
 def whitened_ordinates(
     solution: Solution, data: Data, level: Array, residual: Array | None = None
 ) -> Array:
-    """Array of the residual ordinates divided by √(model density × level of the bin), shape (n,).
+    """Residual ordinates divided by √(model density × level of the bin), shape (n,); 0 in the bins of a stop band.
 
-    0 in the empty bins of a filter's stop band. `level` is a factor for each bin; `residual` are the ordinates to divide,
-    by default `solution.ordinates`.
+    `residual` are by default `solution.ordinates`.
     """
     residual = solution.ordinates if residual is None else residual
     j = np.maximum(np.arange(residual.size, dtype=np.float64), 1.0)
@@ -328,17 +314,16 @@ def whitened_ordinates(
 
 
 def _log_density(solution: Solution, data: Data, level: Array, log_j: Array) -> Array:
-    """Array of ln(model density × level of the bin), interpolated at ordinates given by their logarithms `log_j`.
+    """ln(model density × level of the bin), interpolated at ordinates given by their logarithms `log_j`.
 
-    `level` is the estimated ratio of true to modeled power of each bin. Narrow notches deeper than 7 (in ln) are filled
-    up to this depth.
+    Narrow notches deeper than 7 (in ln) are filled up to this depth.
     """
     at, known = log_density_at_nodes(solution.model, data, level)
     return np.interp(log_j, at, _with_shallow_notches(known, at))
 
 
 def log_density_at_nodes(model: Model, data: Data, level: Array | None) -> tuple[Array, Array]:
-    """Pair of arrays, for interpolation: ln of selected ordinates (nodes), and ln(model density × level of the bin) there.
+    """Pair of arrays: ln of selected ordinates (nodes), and ln(model density × level of the bin) there.
 
     The nodes are dense enough for linear interpolation in these logarithms. None means level 1.
     """
@@ -351,11 +336,11 @@ def log_density_at_nodes(model: Model, data: Data, level: Array | None) -> tuple
 
 
 def _with_shallow_notches(known: Array, at: Array) -> Array:
-    """Array of the ln densities `known` at ln frequencies `at`, raised so that no narrow notch is deeper than 7 (30 dB).
+    """Ln densities `known` at ln frequencies `at`, raised so that no narrow notch is deeper than 7 (30 dB).
 
     The depth is measured from the lower of the two sides of a notch. Each side is the largest ln density at distances of
-    0.05 to 0.6 in ln frequency. The power in the center of a notch is leakage from the ends of the record; dividing it
-    by the full notch would make the first and last seconds loud.
+    0.05 to 0.6 in ln frequency. The power in the center of a notch is leakage from the ends of the record; dividing it by
+    the full notch would make the first and last seconds loud.
     """
     sides = [
         np.max([np.interp(at + s * apart, at, known) for apart in NOTCH_SIDE_DISTANCES], 0)
@@ -365,10 +350,7 @@ def _with_shallow_notches(known: Array, at: Array) -> Array:
 
 
 def expected_level(model: Model, data: Data, cells: int) -> Array:
-    """Array of the expected white-noise power of equal time segments from a model's level changes, shape (cells,).
-
-    It is relative to the mean over the segments; 1 without level changes.
-    """
+    """White-noise power of equal time segments under a model's level changes, relative to its mean, shape (cells,)."""
     power = np.ones(cells)
     edges = np.linspace(*data.span, cells + 1)
     for effect in model.modifiers:
@@ -380,7 +362,7 @@ def expected_level(model: Model, data: Data, cells: int) -> Array:
 
 
 def cell_means(values: Array, cells: int) -> Array:
-    """Array of the means of `values` in `cells` equal segments, shape (cells,).
+    """Means of `values` in `cells` equal segments, shape (cells,).
 
     With more segments than values, each segment takes the single value at its start instead.
     """
@@ -401,19 +383,11 @@ def white_share(solution: Solution, data: Data, ordinate: int) -> float:
 def white_power(
     solution: Solution, data: Data, whitened: Whitened
 ) -> tuple[Array | None, float, float]:
-    """Tuple (power over time, share, squares): means over the octave bands in which at least half is white noise.
+    """Tuple (power, share, squares): means over the octave bands in which at least half is white noise.
 
-    (None, 0.0, 0.0) without such bands. Bands whose time resolution is over 8 times coarser than the finest are
+    `power` is relative, over time. `share` is that of white noise in the power. `squares` is how many are averaged in each
+    value. (None, 0.0, 0.0) without such bands. Bands whose time resolution is over 8 times coarser than the finest are
     ignored.
-
-    Returns
-    -------
-    power : ndarray or None
-        Mean relative power over time.
-    share : float
-        Mean share of white noise in the power.
-    squares : float
-        Number of squares averaged in each value of `power`.
     """
     bands = []
     for low, high, power, each in whitened.bands:

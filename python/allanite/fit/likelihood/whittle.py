@@ -33,18 +33,9 @@ MIN_SCORED_FREEDOM = 0.01
 class Maximum:
     """A maximum of the marginal likelihood over coefficients and discrepancy.
 
-    Attributes
-    ----------
-    theta : ndarray, shape (p,)
-        Squared coefficients.
-    spectrum : ndarray, shape (bins,)
-        Fitted power of each bin.
-    log_likelihood : float
-        Marginal logL, less `MIN_DISCREPANCY_DELTA_LOGL` if there is a discrepancy.
-    scale : int or None
-        Index of the discrepancy δ in `discrepancy.SCALES`; None for δ = 0.
-    weight : ndarray, shape (bins,)
-        Effective degrees of freedom of each bin.
+    `theta`, shape (p,), are squared coefficients; `spectrum` and `weight`, shape (bins,), the fitted power and the
+    effective degrees of freedom. `scale` is the index of the discrepancy δ in `discrepancy.SCALES`; None for δ = 0. With a
+    discrepancy, `log_likelihood` is reduced by `MIN_DISCREPANCY_DELTA_LOGL`.
     """
 
     theta: Array
@@ -72,9 +63,9 @@ def climb(
 ) -> Maximum:
     """Local `Maximum` of the likelihood over θ ≥ 0, by at most `rounds` Fisher-scoring steps from `theta`.
 
-    With a `scale`, the discrepancy δ is fitted too, from SCALES[scale]; the logL of the result is then lowered by 3 nats.
-    With None, δ is 0. Each step is a non-negative least-squares problem with the effective degrees of freedom, shortened
-    until logL rises. `offset` is the power of held effects, shape (bins,).
+    With a `scale`, the discrepancy δ is fitted too, from SCALES[scale]. With None, δ is 0. Each step is a non-negative
+    least-squares problem with the effective degrees of freedom, shortened until logL rises. `offset` is the power of held
+    effects, shape (bins,).
     """
     law = likelihood(count)
     found, spectrum, value, scale, weight = law.climb(power, columns, theta, scale, offset, rounds)
@@ -92,31 +83,11 @@ def climb_many(
     *,
     cells: bool = False,
 ) -> tuple[Array, Array, list[int | None]]:
-    """Tuple (coefficients, logL, discrepancies) of the local maxima that `climb` reaches from many starts, in parallel.
+    """Tuple (coefficients, logL, discrepancies) of the local maxima that `climb` reaches from m starts, in parallel.
 
-    Parameters
-    ----------
-    power, count : ndarray, shape (bins,)
-        Mean squared ordinate of each bin and its degrees of freedom.
-    columns : ndarray, shape (m, bins, p)
-        Expected power of each effect at coefficient 1, for each of m starts.
-    thetas : ndarray, shape (m, p)
-        Squared coefficients at each start.
-    scale : int or None
-        Index in `SCALES` at which the fit of the discrepancy δ starts; None for δ = 0.
-    rounds : int
-        Maximum iterations of each start.
-    cells : bool
-        True: each bin has its own error of the model. False: groups of neighboring bins share one error.
-
-    Returns
-    -------
-    coefficients : ndarray, shape (m, p)
-        Squared coefficients.
-    logL : ndarray, shape (m,)
-        Lowered by 3 nats if `scale` is given.
-    discrepancies : list of m int or None
-        Index of δ in `SCALES`; None for δ = 0.
+    `columns`, shape (m, bins, p), and `thetas`, shape (m, p), are those of each start. With `cells`, each bin has its own
+    error of the model; otherwise groups of neighboring bins share one. Discrepancies are indices in `SCALES`, or None for δ
+    = 0.
     """
     law = likelihood(count, cells=cells)
     found, values, scales = law.climb_many(power, columns, thetas, scale, rounds)
@@ -132,23 +103,9 @@ def maximize(
 ) -> Maximum:
     """`Maximum` of the likelihood over θ ≥ 0 and the discrepancy δ: the best of up to three local maxima.
 
-    The first has δ = 0 and starts from least squares, or from `start` if this has δ = 0. The others have δ > 0. They
-    are tried only if some δ > 0 raises the logL at the first maximum.
-
-    Parameters
-    ----------
-    power, count : ndarray, shape (bins,)
-        Mean squared ordinate of each bin and its degrees of freedom.
-    columns : ndarray, shape (bins, p)
-        Expected power of each effect at coefficient 1.
-    start : Maximum, optional
-        A maximum of nearly the same columns, with `theta` of shape (p,), as an additional start if its δ is above 0.
-    offset : ndarray, shape (bins,), optional
-        Power of held effects; None means 0.
-
-    Returns
-    -------
-    Maximum
+    The first has δ = 0 and starts from least squares, or from `start` if this has δ = 0. The others have δ > 0. They are
+    tried only if some δ > 0 raises the logL at the first maximum. `start` is a maximum of nearly the same columns.
+    `offset`, shape (bins,), is the power of held effects.
     """
     known = None if start is None or start.scale is not None else start.theta
     # Without a start: θ ≥ 0 that minimizes the squared relative errors of the bin power, weighted by `count`.
@@ -165,7 +122,7 @@ def maximize(
 
 
 def information(count: Array, weight: Array, slopes: Array) -> Array:
-    """Array: Fisher information matrix of parameters φ, shape (p, p), from the slopes ∂lnS_b/∂φ, shape (bins, p).
+    """Fisher information matrix of parameters φ, shape (p, p), from the slopes ∂lnS_b/∂φ, shape (bins, p).
 
     `count` are the degrees of freedom n_b, and `weight` the lower effective ones under a discrepancy (`Maximum.weight`).
     Without discrepancy both are equal, and the matrix is ½ Σ n_b (∂lnS_b)(∂lnS_b)ᵀ.
@@ -177,9 +134,9 @@ def information(count: Array, weight: Array, slopes: Array) -> Array:
 def profile_loss(
     power: Array, count: Array, columns: Array, best: Maximum, index: int
 ) -> Callable[[float], float]:
-    """Function of one squared coefficient: loss of logL, nats, if the coefficient at `index` has this value.
+    """Function of the squared coefficient at `index`: loss of logL, nats, if all others are fitted again.
 
-    The other coefficients are fitted again, starting from `best`, and so is the discrepancy if `best` has one.
+    The discrepancy is fitted again too, if `best` has one.
     """
     others, column = np.delete(columns, index, axis=1), columns[:, index]
     other_theta = np.delete(best.theta, index)
@@ -198,15 +155,9 @@ def profile_interval(
 ) -> tuple[float, float, float]:
     """Tuple (low, high, drop): 95 % profile-likelihood interval of the squared coefficient θ at `index`, and loss at θ = 0.
 
-    `logl_scale` multiplies logL to correct for correlated bins. It is the variance of the coefficient that the
-    likelihood states, divided by the actual variance (Chandler & Bate 2007).
-
-    Returns
-    -------
-    low, high : float
-        95 % limits of θ; low is 0 if 0 is inside.
-    drop : float
-        Fall of the scaled logL at θ = 0, at least 0; infinite if the model has one coefficient.
+    `logl_scale` multiplies logL to correct for correlated bins. It is the variance of the coefficient that the likelihood
+    states, divided by the actual variance (Chandler & Bate 2007). `low` is 0 if 0 is inside. `drop` is infinite if the
+    model has one coefficient.
     """
     from scipy.optimize import brentq
 
@@ -241,11 +192,10 @@ def profile_interval(
 
 
 def normal_scores(power: Array, count: Array, spectrum: Array) -> Array:
-    """Array of the standard normal scores of the bins under I/S ~ χ²_n/n, shape (bins,); 0 for empty bins.
+    """Standard normal scores of the bins under I/S ~ χ²_n/n, shape (bins,); 0 for empty bins (n < 0.01).
 
-    I is `power`, S is `spectrum`, and n is `count`. Bins with n < 0.01 are empty. The score is the signed root of the
-    deviance with its higher-order correction (Barndorff-Nielsen's r*). It is at most 0.03 off for n = 1, and finite in the
-    far tails.
+    I is `power`, S is `spectrum`, and n is `count`. The score is the signed root of the deviance with its higher-order
+    correction (Barndorff-Nielsen's r*). It is at most 0.03 off for n = 1, and finite in the far tails.
     """
     nu = count / 2.0
     ratio = np.maximum(power / spectrum, 1e-300)

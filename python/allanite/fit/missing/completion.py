@@ -111,19 +111,13 @@ class _ConditionalMean:
         self.rough = np.minimum(spectrum, spectrum[max(1, slow)])
 
     def _apply(self, values: Array, weight: Array) -> Array:
-        """Array of the product Cᵀ diag(weight) C x at the missing samples; x is `values` there and 0 elsewhere.
-
-        C is the orthonormal cosine transform.
-        """
+        """Cᵀ diag(weight) C x at the missing samples; x is `values` there and 0 elsewhere."""
         whole = np.zeros(self.missing.size)
         whole[self.missing] = values
         return self._weighted(whole, weight)
 
     def _weighted(self, whole: Array, weight: Array) -> Array:
-        """Array of the product Cᵀ diag(weight) C · `whole` at the missing samples; `whole` is a series, shape (n,).
-
-        C is the orthonormal cosine transform.
-        """
+        """Cᵀ diag(weight) C · `whole` at the missing samples; `whole` is a series, shape (n,)."""
         stop_if_unwanted()
         ordinates = _kernels.cosine_transform(whole)
         ordinates *= weight
@@ -138,10 +132,10 @@ class _ConditionalMean:
         return out
 
     def unknown_part(self, draw: Array) -> Array:
-        """Array of a random record minus the conditional mean given its present samples; 0 at these samples, shape (n,).
+        """A random record minus the conditional mean given its present samples; 0 at these samples, shape (n,).
 
-        `draw`, shape (n,), holds standard normal numbers. Their products with the root of the spectrum are the ordinates
-        of the cosine transform of the random record. `draw[0]` is not used.
+        `draw`, shape (n,), holds standard normal numbers, which times the root of the spectrum are the ordinates of the
+        record.
         """
         out = np.zeros(draw.size)
         # Q_mm (x_m − E x_m) = Q_mm x_m + Q_mo x_o, which is Q x at the missing samples.
@@ -150,7 +144,7 @@ class _ConditionalMean:
         return out
 
     def _solved(self, right: Array, given: Array) -> Array:
-        """Array of `given` plus the solution z of Q z = `right`; Q is the precision matrix of the missing samples.
+        """`given` plus the solution z of Q z = `right`; Q is the precision matrix of the missing samples.
 
         With at most 2048 missing samples, z follows from the Cholesky factor of Q, if it exists. Otherwise conjugate
         gradients are used up to a relative residual of `tolerance`, at most 400 iterations; `steps` counts the iterations.
@@ -189,8 +183,8 @@ def _inner(a: Array, b: Array) -> float:
 def _cholesky_of_missing(missing: Mask, precision: Array) -> tuple[Array, bool] | None:
     """Cholesky factor of the precision matrix of the missing samples, as `scipy.linalg.cho_factor` returns it.
 
-    `precision` is 1/spectrum. None if more than 2048 samples are missing, or if rounding makes the matrix indefinite even
-    with a slightly raised diagonal.
+    None if more than 2048 samples are missing, or if rounding makes the matrix indefinite even with a slightly raised
+    diagonal.
     """
     from scipy.linalg import LinAlgError, cho_factor
 
@@ -218,24 +212,13 @@ def complete(
 ) -> Data:
     """`Data` of the record with its missing samples completed under a model with values.
 
-    Parameters
-    ----------
-    data : Data
-        With `missing`; values at missing samples are replaced.
-    model : Model
-    level : ndarray, shape (bins,), optional
-        Estimated ratio of true to modeled power in each bin (`Solution.level`), so that the completed record contains
-        effects that the model lacks.
-    starts : tuple of ndarray, optional
-        `Data.completions` of the last completion of this record, from which this one starts. Conjugate gradients then stop
-        at `ROUND_TOLERANCE`.
+    Missing samples are random draws given the present ones. Ordinates are those of the conditional mean, scaled to the
+    variance of the model; `gain` is the inverse of this scale. `mixing` and the degrees of freedom of the bins state what
+    the gaps leave known.
 
-    Returns
-    -------
-    Data
-        Missing samples are random draws given the present ones. Ordinates are those of the conditional mean, scaled to the
-        variance of the model; `gain` is the inverse of this scale. `mixing` and the degrees of freedom of the bins state
-        what the gaps leave known.
+    `level`, shape (bins,), is the estimated ratio of true to modeled power (`Solution.level`). With it, the completed
+    record contains effects that the model lacks. `starts` are the `Data.completions` of the last completion of this record,
+    from which this one starts; conjugate gradients then stop at `ROUND_TOLERANCE`.
     """
     missing = data.missing
     assert missing is not None
@@ -297,9 +280,8 @@ def _bins_and_mixing(
 def _drawn_unknown_part(bridge: _ConditionalMean, spectrum: Array) -> tuple[Array, Array, Array]:
     """Tuple (unknown, power of unknown, power of known), each of shape (n,), from random records with the `spectrum`.
 
-    `unknown` is the last drawn record minus its conditional mean given the present samples. The power of unknown is the
-    squared cosine transform of such a difference; the power of known is that of the conditional mean. Both are averaged
-    over 2 to 8 records; for n ≤ 512, one record is drawn. The seed is fixed.
+    `unknown` is the last drawn record minus its conditional mean given the present samples. The powers are squared cosine
+    transforms of this difference and of the mean, averaged over the records. The seed is fixed.
     """
     n = spectrum.size
     rng = np.random.default_rng(0)
@@ -319,8 +301,7 @@ def _drawn_unknown_part(bridge: _ConditionalMean, spectrum: Array) -> tuple[Arra
 def _max_logl_loss(count: Array, one: Array, other: Array) -> float:
     """Upper bound, nats, on the loss of logL if the bin power `one` is used as the spectrum of a record with power `other`.
 
-    `count` are the degrees of freedom of the bins. The bound is ½ Σ count·ln²(one/other). It is twice the loss for small
-    differences, and holds for ratios below 6.
+    The bound is ½ Σ count·ln²(one/other). It is twice the loss for small differences, and holds for ratios below 6.
     """
     return 0.5 * float(count @ np.log(one / other) ** 2)
 
@@ -328,10 +309,9 @@ def _max_logl_loss(count: Array, one: Array, other: Array) -> float:
 def is_still_complete(data: Data, before: Solution, after: Solution) -> bool:
     """True if completing the missing samples again, now under the fit `after`, would change logL by less than 0.02 nats.
 
-    `before` is the fit under which the missing samples of `data` were completed. True if no sample is missing; False if
-    missing samples were not completed yet. Two changes of the power of a bin are added. The first is r·ln(ratio of the
-    spectra) with the unknown share r of the bin. The second is the power of effects that only one of the fits has: in
-    missing samples, it acts like white noise.
+    `before` is the fit under which the missing samples of `data` were completed; False if they were not. Two changes of the
+    power of a bin are added. The first is r·ln(ratio of the spectra) with the unknown share r of the bin. The second is the
+    power of effects that only one of the fits has: in missing samples, it acts like white noise.
     """
     if data.gain is None:
         return data.missing is None
@@ -348,10 +328,9 @@ def complete_and_fit(
 ) -> tuple[Data, Solution]:
     """Pair (data, solution): record whose missing samples are drawn from the model fitted to it, and this fit.
 
-    Each round draws the missing samples and fits again. At most 8 rounds are made, until one changes logL by less than
-    0.02 nats. If the fit then has a discrepancy, up to 8 rounds follow whose draws have the power estimated in each bin
-    instead of that of the model. `model` is as for `fit.engine.solve`. `start` is a fit of it to `data` that were completed
-    under another model; the rounds then start from both.
+    Each round draws the missing samples and fits again. At most 8 rounds are made, until one changes logL by less than 0.02
+    nats. If the fit then has a discrepancy, up to 8 rounds follow whose draws have the power estimated in each bin instead
+    of that of the model. `start` is a fit to `data` that were completed under another model.
     """
     from allanite.fit.engine import solve, with_coefficients
 
@@ -402,8 +381,8 @@ def without_ends(data: Data, solution: Solution) -> Data | None:
     numbers can imitate an effect. The two numbers affect only the first and the last sample. Without these samples the
     ordinates are exactly independent, and weaker low-frequency noise becomes visible.
 
-    Leakage is negligible if ½ Σ n s² ≤ 0.1, summed over bins. Here n is the degrees of freedom of a bin, and s is the
-    part of its expected power that is leakage. None is also returned for summaries, and if both ends are already missing.
+    Leakage is negligible if ½ Σ n s² ≤ 0.1, summed over bins. Here n is the degrees of freedom of a bin, and s is the part
+    of its expected power that is leakage.
     """
     if not data.whole or data.ends_missing:
         return None

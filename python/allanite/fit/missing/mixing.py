@@ -19,10 +19,9 @@ Mask = NDArray[np.bool_]
 
 
 def _coupling(missing: Mask) -> Array:
-    """Array, shape (2n,), from which the squared correlations follow that gaps cause between ordinates of white noise.
+    """Squared correlations that gaps cause between ordinates of white noise, in two terms, shape (2n,).
 
-    The squared correlation of ordinates i and j is the sum of two elements: those at |i − j| and at i + j. An element
-    is a squared value of the cosine transform of the mask; element 0 is set to 0.
+    The squared correlation of ordinates i and j is the sum of the elements at |i − j| and at i + j.
     """
     n = missing.size
     # Σ_k mask_k cos(πh(k+½)/n)/n; beyond n it repeats backwards with the opposite sign.
@@ -34,19 +33,16 @@ def _coupling(missing: Mask) -> Array:
 @cleared_by_free_buffers
 @lru_cache(maxsize=4)
 def _squared_correlations_cached(packed: bytes, n: int, edges: bytes) -> Array:
-    """Array, shape (bins, bins): result of `squared_correlations`, cached for its arguments.
-
-    `packed` is the mask of n samples from `numpy.packbits`, as bytes. `edges` are the int64 edges of the bins, as bytes.
-    """
+    """`squared_correlations`, cached for `packed`, the mask of n samples from `numpy.packbits`, and the int64 `edges`."""
     missing = np.unpackbits(np.frombuffer(packed, dtype=np.uint8), count=n).astype(bool)
     return squared_correlations(missing, np.frombuffer(edges, dtype=np.int64))
 
 
 def squared_correlations(missing: Mask, edges: NDArray[np.int64]) -> Array:
-    """Array, shape (bins, bins): sum of the squared correlations that gaps cause between the ordinates of two bins.
+    """Sum of the squared correlations that gaps cause between the ordinates of two bins, shape (bins, bins).
 
-    Each element is the sum over all pairs of one ordinate of each bin, for white noise. `missing` is the mask of missing
-    samples, and `edges` are the first ordinates of the bins and the end of the last.
+    The sum is over all pairs of one ordinate of each bin, for white noise. `edges` are the first ordinates of the bins and
+    the end of the last.
     """
     squared = _coupling(missing)
     n = missing.size
@@ -54,7 +50,7 @@ def squared_correlations(missing: Mask, edges: NDArray[np.int64]) -> Array:
     both = np.cumsum(np.cumsum(np.concatenate([squared[n - 1 : 0 : -1], squared])))
 
     def corner(at: NDArray[np.int64]) -> Array:
-        """Array of the double cumulative sum of the squared correlations at indices `at`; 0 before its start."""
+        """Double cumulative sum of the squared correlations at indices `at`; 0 before its start."""
         return np.where(at < 0, 0.0, both[np.maximum(at, 0)])
 
     low, high = edges[:-1], edges[1:]
@@ -68,22 +64,20 @@ def squared_correlations(missing: Mask, edges: NDArray[np.int64]) -> Array:
 
 
 def known_ordinates(share: Array, bins: Bins) -> Array:
-    """Array of the effective number of ordinates in each bin that gaps leave known, Σ (1 − share), shape (bins,).
+    """Effective number of ordinates in each bin that gaps leave known, Σ (1 − share), shape (bins,).
 
-    `share` is the unknown share of each ordinate. The sum over all bins is the number of samples present, minus one for
-    the mean.
+    The sum over all bins is the number of samples present, minus one for the mean.
     """
     return np.asarray(np.add.reduceat(1.0 - share, bins.edges[:-1]))
 
 
 def mixing_of(missing: Mask, share: Array, bins: Bins) -> Array:
-    """Array, shape (bins, bins): change of the observed power of bin a (row) per change of true power of bin b (column).
+    """Change of the observed power of bin a (row) per change of true power of bin b (column), shape (bins, bins).
 
-    Changes are relative, and each row sums to 1. r is the mean unknown share (`share`) of the ordinates of a bin. In row
-    a, the diagonal gets 1 − r of bin a. All bins b divide the rest r in proportion to their weights. The weight of b is
-    the mean of share·(1 − share) over b, times the sum of the squared correlations between the ordinates of a and b.
-    If all weights of a row are 0, its diagonal is 1. The weights hold because the unknown part, divided by √S, is a
-    projection.
+    Changes are relative, and each row sums to 1. r is the mean unknown share (`share`) of the ordinates of a bin. In row a,
+    the diagonal gets 1 − r of bin a. All bins b divide the rest r in proportion to their weights. The weight of b is the
+    mean of share·(1 − share) over b, times the sum of the squared correlations between the ordinates of a and b. The
+    weights hold because the unknown part, divided by √S, is a projection.
     """
     number = np.diff(bins.edges).astype(float)
     unknown = np.add.reduceat(share, bins.edges[:-1]) / number

@@ -45,24 +45,12 @@ MIN_KNOWN_SHARE = 0.02
 def unknown_share(
     missing: Mask, spectrum: Array, drawn: tuple[Array, Array] | None, bins: Bins
 ) -> Array:
-    """Array of the unknown share r, 0 … 0.98, of the power of each ordinate, shape (n,); r at j = 0 has no meaning.
+    """Unknown share r, 0 … 0.98, of the power of each ordinate, shape (n,); r at j = 0 has no meaning.
 
-    Parameters
-    ----------
-    missing : ndarray of bool, shape (n,)
-    spectrum : ndarray, shape (n,)
-        Variance S of each ordinate.
-    drawn : tuple of ndarray, shape (n,), or None
-        Mean squared ordinates of the unknown part and of the known part of random records. None for a record of at most
-        `MAX_CELLS` samples: `unknown_share_of_lowest` computes all ordinates.
-    bins : Bins
-
-    Notes
-    -----
-    The shares of the lowest ordinates are those of `unknown_share_of_lowest`. All others are a rough share times a
-    correction from `drawn`, which changes slowly over frequency. The rough share is f + (1 − f)v/(v + S): f is the fraction
-    of samples in long gaps, and white noise of variance v stands for the short gaps. The sum of all shares is made equal to
-    the number of missing samples.
+    `spectrum`, shape (n,), is the variance S of each ordinate. `drawn` are mean squared ordinates of the unknown and of the
+    known part of random records. It is None for at most `MAX_CELLS` samples, of which `unknown_share_of_lowest` computes
+    all ordinates. Otherwise, all but the lowest are a rough share times a correction from `drawn`, which changes slowly
+    over frequency. The sum of all shares is made equal to the number of missing samples.
     """
     lowest, empty = unknown_share_of_lowest(missing, spectrum)
     share = np.zeros(missing.size)
@@ -84,9 +72,9 @@ def unknown_share(
 def unknown_share_of_lowest(missing: Mask, spectrum: Array) -> tuple[Array, float]:
     """Pair (r, empty): unknown share of the power of each of the lowest ordinates j = 1, 2, …, and fraction in long gaps.
 
-    The record is divided into at most 512 cells of neighboring samples. `empty` is the fraction of samples in cells
-    that are entirely missing. For at most 512 samples, r is for all n − 1 ordinates. Otherwise it is for the lowest
-    128, or for the lowest 32 if at least 10 % of the cells are partly missing.
+    The record is divided into at most 512 cells of neighboring samples. `empty` is the fraction of samples in cells that
+    are entirely missing. For at most 512 samples, r is for all n − 1 ordinates. Otherwise it is for the lowest 128, or for
+    the lowest 32 if at least 10 % of the cells are partly missing.
     """
     from scipy.linalg import cho_factor, cho_solve
 
@@ -128,11 +116,10 @@ def unknown_share_of_lowest(missing: Mask, spectrum: Array) -> tuple[Array, floa
 
 
 def _noise_variance(unseen: Array, spectrum: Array) -> Array:
-    """Array of variances v of white noise that hides as much of the record as missing samples do, shape of `unseen`.
+    """Variances v of white noise that hides as much of the record as the fractions `unseen` of missing samples.
 
-    `unseen` holds fractions of missing samples, 0 … 1. White noise of variance v hides the fraction v/(v + S) of an
-    ordinate with variance S. v is chosen so that the mean of this fraction over the `spectrum` S equals `unseen`. It is
-    0 where `unseen` is 0.
+    White noise of variance v hides the fraction v/(v + S) of an ordinate with variance S. v is chosen so that the mean of
+    this fraction over the `spectrum` S equals `unseen`.
     """
     part = spectrum[1 :: max(1, spectrum.size // 4096)]
     v = np.geomspace(part.min() * 1e-6, part.max() * 1e6, 240)
@@ -141,11 +128,11 @@ def _noise_variance(unseen: Array, spectrum: Array) -> Array:
 
 
 def _rough_share(spectrum: Array, missing: float, empty: float) -> Array:
-    """Array of the approximate share of each ordinate that gaps leave unknown, shape of `spectrum`.
+    """Approximate share of each ordinate that gaps leave unknown, shape of `spectrum`.
 
-    The share is f + (1 − f)·v/(v + S), with S of the `spectrum` and the fraction f of samples in long gaps (`empty`).
-    White noise of variance v stands for the short gaps. v is chosen so that the sum of the shares is about `missing`, the
-    number of missing samples.
+    The share is f + (1 − f)·v/(v + S), with S of the `spectrum` and the fraction f of samples in long gaps (`empty`). White
+    noise of variance v stands for the short gaps. v is chosen so that the sum of the shares is about `missing`, the number
+    of missing samples.
     """
     # A subset of the ordinates determines v well enough.
     part = spectrum[:: max(1, spectrum.size // MAX_BALANCED_ORDINATES)]
@@ -159,11 +146,10 @@ def _rough_share(spectrum: Array, missing: float, empty: float) -> Array:
 
 
 def _smoothed_ratio(values: Array, rough: Array, start: int, bins: Bins) -> Array:
-    """Array of the ratio of `values` to `rough`: one ratio of sums per frequency band, interpolated linearly in ln j.
+    """Ratio of `values` to `rough`: one ratio of sums per frequency band, interpolated linearly in ln j.
 
-    Both arrays, and the result, have one value for each ordinate j ≥ `start`. A band consists of whole bins. It has at
-    least 64 ordinates, or all if there are fewer. The width of a band other than the last is also at least 0.3 times the
-    distance from its upper edge to the nearer end of the spectrum.
+    The arrays have one value for each ordinate j ≥ `start`. A band consists of whole bins and has at least 64 ordinates, or
+    all. Its width, except for the last, is at least 0.3 times the distance to the nearer end of the spectrum.
     """
     first = [start]
     for edge in bins.edges[bins.edges > start][:-1].tolist():

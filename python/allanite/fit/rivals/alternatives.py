@@ -34,16 +34,9 @@ Scan = tuple[list[Deterministic], Array, Array]
 
 @dataclass(frozen=True, eq=False)
 class Alternative:
-    """A fitted model in which one effect was replaced by an effect of another kind.
+    """A fitted model in which one effect was replaced by the last one, `effect`, of another kind.
 
-    Attributes
-    ----------
-    effect : Effect
-        The replacing effect, with values.
-    solution : Solution
-        Fit of the model with the replacement.
-    evidence : float
-        ln evidence of this model minus that of the original model.
+    `evidence` is the ln evidence of this model minus that of the original model.
     """
 
     effect: Effect
@@ -68,12 +61,9 @@ def alternatives(fit: Fit, place: int) -> Iterator[Alternative]:
     """Iterator over `Alternative` fits in which another kind of effect replaces the effect at index `place`.
 
     The other kinds are its declared alternatives (`Effect.may_be`). The iterator is empty for an effect that may not be
-    removed, that is neither spectral nor a slow function, or that is the only effect. A replacement is omitted in three
-    cases:
-
-    - Its logL is 28 nats below the fit before shapes are optimized.
-    - It is not detected.
-    - It follows a logged column with different signs at slow and fast time scales (`follow_columns_consistently`).
+    removed, that is neither spectral nor a slow function, or that is the only effect. A replacement is omitted if it is 28
+    nats below the fit before shapes are optimized, if it is not detected, or if it follows a logged column with different
+    signs at slow and fast time scales (`follow_columns_consistently`).
     """
     out = fit.model.effects[place]
     is_slow = isinstance(out, Deterministic) and out.low
@@ -105,15 +95,7 @@ def fit_replacement(
 
     None as well for kinds that are neither spectral nor slow functions, or that cannot be added to the base model. A
     spectral effect must also show the feature that distinguishes it from its alternatives (`Effect.shows`).
-
-    Parameters
-    ----------
-    cls : type of Effect
-    base : Solution
-        Fit of the base model.
-    data : Data
-    min_log_likelihood : float
-        Log likelihood of the whole model that a grid point must reach: an absolute value, not a difference.
+    `min_log_likelihood` is that of the whole model: an absolute value, not a difference.
     """
     if cls.is_tried_in_spectrum():
         part = RandomPart(data, base.power, base.count)
@@ -159,10 +141,7 @@ def slow_scans(
 
 
 def best_of_kinds(scans: Iterable[Scan]) -> dict[str, tuple[float, Deterministic]]:
-    """Dict from kind to (ΔlogL, effect): best grid point of each kind of slow function, from `slow_scans`.
-
-    Kinds without a positive ΔlogL are omitted.
-    """
+    """Dict from kind to (ΔlogL, effect): best grid point of each kind of slow function with a positive ΔlogL."""
     best: dict[str, tuple[float, Deterministic]] = {}
     for points, gains, _ in scans:
         top = int(np.argmax(gains))
@@ -173,10 +152,7 @@ def best_of_kinds(scans: Iterable[Scan]) -> dict[str, tuple[float, Deterministic
 
 
 def is_detected(fit: Fit, place: int) -> bool:
-    """True if all coefficients of the effect at index `place` are significantly different from 0.
-
-    Held coefficients count as detected, as they are not tested. True for an effect without coefficients.
-    """
+    """True if all coefficients of the effect at index `place` are significantly different from 0, or held."""
     effect = fit.model.effects[place]
     values = fit.estimates[place]
     return all(
@@ -188,24 +164,16 @@ def is_detected(fit: Fit, place: int) -> bool:
 
 @dataclass(frozen=True, slots=True)
 class Rivals:
-    """Alternative explanations of one effect.
+    """Alternative explanations of one effect: kinds that explain the record equally well if they replace it.
 
-    Attributes
-    ----------
-    alone : tuple of str
-        Kinds that explain the record equally well if they replace the effect.
-    pairs : tuple of (str, str)
-        Pairs of kinds that explain the record equally well if they replace the effect, best first.
+    `alone` are single kinds, `pairs` are pairs of kinds, best first.
     """
 
     alone: tuple[str, ...] = ()
     pairs: tuple[tuple[str, str], ...] = ()
 
     def to_dict(self) -> dict[str, Any]:
-        """Dict for JSON with ``rivals``, a list of all kinds, and ``rival_pairs``, a list of pairs [kind, kind].
-
-        ``rivals`` lists each kind once: first those of `alone`, then those that occur only in pairs.
-        """
+        """Dict for JSON with ``rivals``, each kind once, and ``rival_pairs``, a list of pairs [kind, kind]."""
         every = (*self.alone, *(kind for pair in self.pairs for kind in pair))
         return {
             "rivals": list(dict.fromkeys(every)),
@@ -216,9 +184,8 @@ class Rivals:
 def rivals(fit: Fit, place: int) -> Rivals:
     """`Rivals`: kinds of effects that explain the record nearly as well as the effect at index `place` of the model.
 
-    `Rivals.alone` are the kinds of single effects that can replace this effect, with a loss of ln evidence below 3 nats.
-    `Rivals.pairs` are the pairs of kinds that can replace it together (`Fit.alternative_pairs`). Both are empty if the
-    effect is not detected.
+    `Rivals.alone` can replace this effect with a loss of ln evidence below 3 nats, `Rivals.pairs` together
+    (`Fit.alternative_pairs`). Both are empty if the effect is not detected.
     """
     if not is_detected(fit, place):
         return Rivals()

@@ -21,8 +21,8 @@ def follow_columns_consistently(effects: Iterable[Effect], solution: Solution, d
     """True if every effect that follows a logged column has the same sign at slow and at fast time scales.
 
     An effect also passes if its values at both scales differ by less than three standard errors, or if one scale has no
-    information (`column_slopes` returns None). Effects that follow no column are ignored. A chance resemblance of two
-    slow series explains only the slow scale, and has a random sign at the fast scale.
+    information (`column_slopes` returns None). A chance resemblance of two slow series explains only the slow scale, and
+    has a random sign at the fast scale.
     """
     following = (e for e in effects if isinstance(e, Deterministic) and e.follows is not None)
     found = [column_slopes(effect, solution, data) for effect in following]
@@ -34,8 +34,8 @@ def column_slopes(
 ) -> tuple[tuple[float, float], float] | None:
     """Pair ((slow, fast), error): coefficient of the effect at slow and at fast time scales, relative to the fitted one.
 
-    `error` is the standard error of the difference of both values. The lowest 8192 ordinates are split in two, so that
-    each part has half of the information on the coefficient. None if one part has no information.
+    `error` is the standard error of the difference of both values. The lowest 8192 ordinates are split in two, so that each
+    part has half of the information on the coefficient. None if one part has no information.
     """
     series = effect.signal(data.time, data.covariates)
     j = np.arange(1, min(data.n, LOWEST_ORDINATES), dtype=np.int64)

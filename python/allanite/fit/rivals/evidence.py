@@ -22,11 +22,7 @@ PRIOR_LOG_RANGE = float(np.log(1e3))
 
 
 def bic_cost(solution: Solution) -> float:
-    """Cost of one parameter in ln evidence by BIC, nats: ½ ln n.
-
-    n is the effective number of observations: the sum of the degrees of freedom of the bins, reduced by the
-    discrepancy.
-    """
+    """Cost of one parameter in ln evidence by BIC, nats: ½ ln n, n being the effective degrees of freedom."""
     return 0.5 * float(np.log(max(solution.weight.sum(), 2.0)))
 
 
@@ -79,7 +75,7 @@ def discrepancy_gain(solution: Solution, data: Data) -> float:
     """Gain of logL of a fit by its model discrepancy δ: compared with the same model at δ = 0, nats, at least 0.
 
     The logL with the discrepancy is reduced by the 3 nats that a claim of δ > 0 needs. At δ = 0 only the coefficients are
-    fitted again. 0 if the fit has no discrepancy.
+    fitted again.
     """
     if solution.best.scale is None:
         return 0.0

@@ -33,10 +33,10 @@ MAINS_TOLERANCE = 0.002
 
 
 def known_bands(n: int, rate: float) -> Array:
-    """Array of (low, high), Hz: bands in which n samples at `rate` Hz show mains, or known periods, or their aliases.
+    """Bands (low, high), Hz, in which n samples show mains, or known periods, or their aliases, shape (bands, 2).
 
-    Its shape is (bands, 2), unsorted. The periods are those of year, day, GPS and tides (`PERIODS`). A band is 1/T wide
-    (T = n/rate), or ±0.2 % of a mains frequency if that is wider. Frequencies and aliases of at most 2/T are omitted.
+    The periods are those of year, day, GPS and tides (`PERIODS`). A band is 1/T wide (T = n/rate), or ±0.2 % of a mains
+    frequency if that is wider. Frequencies and aliases of at most 2/T are omitted.
     """
     width = rate / n
     exact = np.array([1.0 / period for period in PERIODS])
@@ -55,12 +55,12 @@ def line_trials(n: int) -> float:
 
 
 def trials_at(cycles: Array, n: int, rate: float) -> Array:
-    """Array of the number of independent trials (W of Baluev's formula) of a line of `cycles` cycles in n samples.
+    """Number of independent trials (W of Baluev's formula) of a line of `cycles` cycles in n samples.
 
-    W is that of a search of all frequencies, divided by the share of the false alarms that this frequency gets. The
-    false alarms are divided into three equal parts: for all frequencies, for octaves from one cycle to n/2, and for
-    known frequencies (`known_bands`). If the record can show no known frequency, there are two parts. Each octave and
-    each known frequency gets an equal share of its part. A slow line thus does not pay for all fast ones.
+    W is that of a search of all frequencies, divided by the share of the false alarms that this frequency gets. The false
+    alarms are divided into three equal parts: for all frequencies, for octaves from one cycle to n/2, and for known
+    frequencies (`known_bands`). If the record can show no known frequency, there are two parts. Each octave and each known
+    frequency gets an equal share of its part. A slow line thus does not pay for all fast ones.
     """
     unknown, known, shares = _shares_of_false_alarms(cycles, n, rate)
     return np.asarray(shares * line_trials(n) / (unknown + known))
@@ -69,8 +69,8 @@ def trials_at(cycles: Array, n: int, rate: float) -> Array:
 def expected_line_gain(cycles: float, n: int, rate: float) -> float:
     """Reduction of the ΔlogL, nats, that a line needs if its frequency is known beforehand; 0 for other frequencies.
 
-    A frequency of `cycles` cycles in n samples at `rate` Hz is known if it lies in one of `known_bands`. The reduction is
-    the ln of the ratio of the numbers of independent trials without and with this knowledge (see `trials_at`).
+    A frequency is known if it lies in one of `known_bands`. The reduction is the ln of the ratio of the numbers of
+    independent trials without and with this knowledge (see `trials_at`).
     """
     unknown, known, _ = _shares_of_false_alarms(np.array([cycles]), n, rate)
     return float(np.log1p(known[0] / unknown[0]))
@@ -79,10 +79,8 @@ def expected_line_gain(cycles: float, n: int, rate: float) -> float:
 def _shares_of_false_alarms(cycles: Array, n: int, rate: float) -> tuple[Array, Array, float]:
     """Tuple (general, known, parts): weights that divide the false-alarm probability among lines at `cycles` per record.
 
-    All false alarms are divided into `parts` equal parts, 2 or 3. The first part is for all frequencies, the second for
-    octaves. A third is for the bands `known_bands`, if there are any. Each part is shared equally among its trials. The
-    weight 1 is what a trial obtains from the first part. `general` is 1 plus the weight from the octave of the line.
-    `known` is the weight from the known band of the line, 0 outside these bands.
+    The weight 1 is what a trial obtains from the first of the `parts` equal parts of `trials_at`. `general` is 1 plus the
+    weight from the octave of the line. `known` is the weight from the known band of the line, 0 outside these bands.
     """
     whole = line_trials(n)
     octaves = max(1.0, np.log2(n / 2.0))

@@ -46,14 +46,9 @@ MIN_ORTHOGONAL_ENERGY = 1e-3
 
 @dataclass(frozen=True, slots=True)
 class Pair:
-    """A model in which two effects replace one.
+    """A model whose last two effects replace one; its shapes are from a grid.
 
-    Attributes
-    ----------
-    evidence : float
-        ln evidence of this model minus that of the original model, at shapes from a grid.
-    model : Model
-        The model; its last two effects are the pair.
+    `evidence` is the ln evidence of this model minus that of the original model.
     """
 
     evidence: float
@@ -70,7 +65,7 @@ def can_be_split(effect: Effect) -> bool:
     """True if a search may try to replace this effect by two effects.
 
     These are slow functions of time, processes that drift slowly, broad humps of the spectrum, and processes that only
-    describe a spectrum without a cause. False for all others, and for effects that may not be removed (`is_removable`).
+    describe a spectrum without a cause. Effects that may not be removed (`is_removable`) cannot be split either.
     """
     if not is_removable(effect):
         return False
@@ -82,9 +77,8 @@ def can_be_split(effect: Effect) -> bool:
 def alternatives_to_pairs(fit: Fit) -> tuple[tuple[float, tuple[int, int], Solution], ...]:
     """Tuple of (ln evidence minus that of the fit, indices, solution): models in which others replace two processes.
 
-    `indices` are the places of the two replaced effects in the model. These are detected random processes that drift
-    slowly and may be removed. One or two processes of other kinds replace them. Models whose evidence is lower by 3 nats
-    or more are omitted. The tuple is empty for a model of only two effects.
+    `indices` are the places of the two replaced effects: detected random processes that drift slowly and may be removed.
+    One or two processes of other kinds replace them. Models whose evidence is lower by 3 nats or more are omitted.
     """
     effects = fit.model.effects
     wandering = [
@@ -128,9 +122,8 @@ def _wanders(cls: type[Effect]) -> bool:
 def alternative_pairs(fit: Fit, place: int) -> list[Pair]:
     """List of `Pair`, the highest evidence first: two effects that may replace the one at index `place`.
 
-    At least one of the two is a declared alternative of that effect. Only the best pair of the same two kinds is
-    listed, and only if its evidence is less than 3 nats below that of the fit. The list is empty if the effect is neither
-    a filter nor can be split (`can_be_split`), if it may not be removed, or if no other effect remains.
+    At least one of the two is a declared alternative of that effect. Only the best pair of the same two kinds is listed,
+    and only if its evidence is less than 3 nats below that of the fit.
     """
     out = fit.model.effects[place]
     splits = can_be_split(out) or (isinstance(out, Modifier) and is_removable(out))
@@ -149,18 +142,7 @@ def alternative_pairs(fit: Fit, place: int) -> list[Pair]:
 
 @dataclass(frozen=True, slots=True)
 class _PairSearch:
-    """Search of pairs that replace a removed effect.
-
-    Attributes
-    ----------
-    data : Data
-    out : Effect
-        The removed effect.
-    base : Solution
-        Fit without the removed effect.
-    min_evidence : float
-        Minimum ln evidence of a pair.
-    """
+    """Search of pairs that replace the effect `out`, which `base` is fitted without, with at least `min_evidence`."""
 
     data: Data
     out: Effect
@@ -208,8 +190,7 @@ class _PairSearch:
     ) -> Iterator[tuple[float, Model]]:
         """Iterator over (ln evidence, model): the model of the fit `one` plus one effect of each of `kinds`.
 
-        A kind is omitted if it cannot be added, or if its best shape on a grid cannot reach the evidence
-        `min_evidence`.
+        A kind is omitted if its best shape on a grid cannot reach `min_evidence`.
         """
         # Candidates below this logL cannot reach the minimum evidence, given the cost of the first effect.
         min_log_likelihood = (
@@ -225,17 +206,14 @@ class _PairSearch:
         return any(one.may_be(self.out) for one in pair)
 
     def _fits_with_process(self) -> list[Solution]:
-        """List of fits (`Solution`) of the base model plus one random process, for each of `_alternative_processes`.
-
-        Classes without an acceptable fit are omitted (`fit_replacement` returns None).
-        """
+        """List of fits (`Solution`) of the base model plus one random process, for each of `_alternative_processes`."""
         fits = (fit_replacement(c, self.base, self.data) for c in self._alternative_processes())
         return [one for one in fits if one is not None]
 
     def _alternative_processes(self) -> list[type[Effect]]:
-        """List of the classes of random processes that are declared alternatives of the replaced effect.
+        """List of the classes of random processes that are declared alternatives of the replaced effect, of other kinds.
 
-        Excluded are its own kind, and power laws and other kinds that describe a spectrum without naming a cause.
+        Excluded are power laws and other kinds that describe a spectrum without naming a cause.
         """
         return [
             cls
@@ -250,8 +228,8 @@ class _PairSearch:
     def _scans(self, base: Solution) -> Iterator[Scan]:
         """Iterator over matched-filter scans (`slow_scans`) for slow functions of time in the residual of the fit `base`.
 
-        Two sorts of functions are not tried: those of the same kind as the replaced effect, and those that extend a simpler
-        function (`Deterministic.refined`).
+        Not tried are functions of the same kind as the replaced effect, and those that extend a simpler function
+        (`Deterministic.refined`).
         """
         return slow_scans(
             base, self.data, lambda blank: blank.kind != self.out.kind and not blank.refined
@@ -260,8 +238,8 @@ class _PairSearch:
     def _function_pairs(self, scans: list[Scan]) -> list[tuple[float, Model]]:
         """List of (ln evidence, model) of at most six pairs of slow functions, fitted with the shapes of the grid.
 
-        All grid points of two kinds are combined, and the combination with the largest joint ΔlogL is kept. The six
-        best kept pairs are then fitted. The list has their order before the fit.
+        All grid points of two kinds are combined, and the combination with the largest joint ΔlogL is kept. The six best
+        kept pairs are then fitted.
         """
         base = self.base
         j = filter_ordinates(self.data)

@@ -51,7 +51,7 @@ def prior_change(before: Model, after: Model) -> float:
 def is_broad(effect: Effect) -> bool:
     """True for a band that is wider than a structural mode: damping above 0.2.
 
-    The edge of a filter and quantization can imitate such a band. False for other effects.
+    The edge of a filter and quantization can imitate such a band.
     """
     if not isinstance(effect, Stochastic) or effect.occupies is None:
         return False

@@ -31,16 +31,10 @@ BISECTIONS = 60
 class Undecided:
     """Models that a record cannot distinguish, and intervals averaged over them.
 
-    Attributes
-    ----------
-    models : tuple of (str, float)
-        Names and probabilities of the models, the chosen one first.
-    intervals : tuple of dict of str to (float, float)
-        For each effect of the chosen model: 95 % intervals of its coefficients over all models, by parameter, in the units
-        of the estimates. In a model without the effect, the coefficient is 0.
-    instead : tuple of (tuple of Effect, float) or None
-        For each effect of the chosen model: the effects that replace it in the most likely model without it, and the total
-        probability of the models without it. None if every model has the effect.
+    `models` are names and probabilities, the chosen one first. `intervals` are, for each effect of the chosen model, 95 %
+    intervals of its coefficients over all models, by parameter, in the units of the estimates; without the effect, the
+    coefficient is 0. `instead` has, for each effect of the chosen model, those that replace it in the most likely model
+    without it, and the total probability of such models. None if every model has the effect.
     """
 
     models: tuple[tuple[str, float], ...]
@@ -52,8 +46,8 @@ class Undecided:
 class _Distribution:
     """Distribution of a parameter under one model: a fixed value, an upper limit, or two half normals joined at the value.
 
-    `low` and `high` are the ends of the 95 % interval. If `logarithmic`, the parameter is not negative, and its
-    logarithm has this distribution.
+    `low` and `high` are the ends of the 95 % interval. If `logarithmic`, the parameter is not negative, and its logarithm
+    has this distribution.
     """
 
     value: float = 0.0
@@ -64,8 +58,8 @@ class _Distribution:
     def cumulative_probability(self, x: float) -> float:
         """Probability that the parameter is at most x.
 
-        The distribution is normal on each side of the value, or log-normal if `logarithmic`. An upper limit (`low` is 0)
-        has probability ½ at 0 and is half normal above. A fixed value (`low` equals `high`) is a step from 0 to 1.
+        An upper limit (`low` is 0) has probability ½ at 0 and is half normal above. A fixed value (`low` equals `high`) is
+        a step.
         """
         from scipy.special import ndtr
 
@@ -86,9 +80,9 @@ class _Distribution:
 def undecided(fit: Fit) -> Undecided | None:
     """`Undecided`: other models whose ln evidence is less than 3 nats lower, and intervals averaged over all of them.
 
-    The models replace effects by their declared alternatives. The probability of a model is proportional to its
-    evidence (Hoeting et al. 1999, Statist. Sci. 14, eq. 2). None if there is no other model, or for a fit by another
-    method than `whittle`.
+    The models replace effects by their declared alternatives. The probability of a model is proportional to its evidence
+    (Hoeting et al. 1999, Statist. Sci. 14, eq. 2). None if there is no other model, or for a fit by another method than
+    `whittle`.
     """
     if fit.method != "whittle":
         return None
@@ -128,9 +122,8 @@ def _replacements(
 ) -> tuple[tuple[tuple[Effect, ...], float] | None, ...]:
     """Tuple with one element for each effect of the `chosen` model: None, or a pair (replacing effects, probability).
 
-    `others` are pairs (model, probability). A model lacks an effect if it has fewer effects of that kind than `chosen`.
-    Replacing effects are taken from the most likely model that lacks the effect: its effects whose kind `chosen` does
-    not have. The probability is the sum over all `others` that lack the effect. The element is None if no model lacks it.
+    `others` are pairs (model, probability). A model lacks an effect if it has fewer effects of that kind than `chosen`. The
+    replacing effects are those of new kinds in the most likely model that lacks it.
     """
     own = Counter(e.kind for e in chosen)
     found: list[tuple[tuple[Effect, ...], float] | None] = []
@@ -176,10 +169,7 @@ def _other_models(fit: Fit) -> Iterator[tuple[float, Solution]]:
 def _coefficients_by_kind(
     model: Model, values: tuple[dict[str, Any], ...]
 ) -> dict[tuple[str, int], Any]:
-    """Dict from (kind, number within the kind, from 0) to a dict of the effect's coefficients by name.
-
-    `values` are the estimates of each effect of the model.
-    """
+    """Dict from (kind, number within the kind, from 0) to a dict of the effect's estimated coefficients by name."""
     seen: Counter[str] = Counter()
     out = {}
     for effect, own in zip(model, values, strict=True):

@@ -42,24 +42,12 @@ MIN_AGREEMENT_P = 0.05
 
 @dataclass(frozen=True, slots=True)
 class Pooled:
-    """One parameter pooled over all recordings.
+    """One parameter, such as ``N`` or ``GM.q_c``, pooled over all recordings.
 
-    Attributes
-    ----------
-    name : str
-        ``N``, ``GM.q_c``, …
-    unit : str
-    value : float
-        Common value. If the recordings disagree and `spread` is known, the random-effects mean: the exponential of the
-        mean of logarithms, weighted by precision.
-    interval : (float, float)
-        95 % interval of `value`.
-    spread : float or None
-        Relative standard deviation between recordings in addition to their errors; None if it cannot be estimated.
-    p_value : float
-        Probability of recordings at least as different as these if the true values are equal.
-    agree : bool
-        True if `p_value` is at least 5 %.
+    `value` is the common value with its 95 % `interval`. If the recordings disagree and `spread` is known, it is the
+    random-effects mean: the exponential of the mean of logarithms, weighted by precision. `spread` is the relative standard
+    deviation between recordings in addition to their errors; None if it cannot be estimated. `p_value` is the probability
+    of recordings at least as different as these if the true values are equal. They `agree` if it is at least 5 %.
     """
 
     name: str
@@ -225,13 +213,7 @@ def fit_many(
 
 
 def of_fits(fits: Sequence[Fit]) -> ManyFits:
-    """`ManyFits` of several fits of one model, with pooled parameters; no parameter is pooled for a single fit.
-
-    Raises
-    ------
-    InputError
-        Recordings of different units.
-    """
+    """`ManyFits` of several fits of one model, with pooled parameters; no parameter is pooled for a single fit."""
     columns = [fit.recording for fit in fits]
     units = sorted({c.unit for c in columns})
     if len(units) > 1:
@@ -286,10 +268,7 @@ def _coefficient_places(fits: tuple[Fit, ...]) -> dict[str, int]:
 
 
 def _loss_function(fit: Fit, place: int) -> Callable[[float], float]:
-    """Function of the squared coefficient of the random effect at index `place`: loss of logL, nats, at least 0.
-
-    The loss is that of a fit in which this coefficient is fixed and the others are free.
-    """
+    """Function of the squared coefficient of the random effect `place`: loss of logL, nats, with the others free."""
     s = fit.solution
     best = climb(s.power, s.count, s.columns, s.theta, s.scale)
     start = replace(best, theta=s.theta)
@@ -300,11 +279,7 @@ def _loss_function(fit: Fit, place: int) -> Callable[[float], float]:
 def _pooled_by_likelihood(
     name: str, estimates: list[Estimate], fits: tuple[Fit, ...], place: int
 ) -> Pooled:
-    """`Pooled` coefficient by likelihood: common value, 95 % profile interval, and likelihood-ratio test of agreement.
-
-    The lower limit is 0 if 0 is inside the interval. If the recordings disagree, `_pooled` may use the random-effects mean
-    and its interval instead.
-    """
+    """`Pooled` coefficient by likelihood: common value, 95 % profile interval, and likelihood-ratio test of agreement."""
     from scipy.optimize import brentq, minimize_scalar
     from scipy.special import chdtrc
 
@@ -328,10 +303,7 @@ def _pooled_by_likelihood(
     p_value = float(chdtrc(len(fits) - 1, max(2.0 * least, 0.0)))
 
     def loss_above_limit(root: float) -> float:
-        """Loss of the total logL if all recordings have the coefficient `root`, minus the loss at a 95 % limit, nats.
-
-        It is negative inside the 95 % interval and positive outside.
-        """
+        """Loss of the total logL if all have the coefficient `root`, minus that at a 95 % limit, nats; negative inside."""
         return total(root) - least - HALF_CHI2_95
 
     outside = 2.0 * top
@@ -353,10 +325,9 @@ def _pooled(
     interval: tuple[float, float],
     p_value: float,
 ) -> Pooled:
-    """`Pooled` parameter `name`: the common `value` and `interval`, or the random-effects mean if the recordings disagree.
+    """`Pooled` parameter `name`: common `value` and `interval`, or random-effects mean if `p_value` is below 5 %.
 
-    They disagree if `p_value` is below 5 %. The mean needs the spread between recordings; the common value stays if an
-    estimate is not detected, not positive or has no standard error.
+    The common value stays if an estimate is not detected, not positive or has no standard error.
     """
     spread, agree = _spread(estimates), p_value >= MIN_AGREEMENT_P
     if not agree and spread is not None:
@@ -378,7 +349,7 @@ def _logarithms_and_errors(estimates: list[Estimate]) -> tuple[Array, Array] | N
 def _spread(estimates: list[Estimate]) -> float | None:
     """Relative standard deviation of the true values between recordings (Paule & Mandel 1982), from logarithms.
 
-    0 if the errors explain the differences. None unless all estimates are detected, positive and have a standard error.
+    0 if the errors explain the differences. None as of `_logarithms_and_errors`.
     """
     from scipy.optimize import brentq
 
@@ -419,10 +390,9 @@ def _random_effects_mean(
 
 
 def pooled_by_errors(name: str, estimates: list[Estimate]) -> Pooled:
-    """`Pooled` parameter: mean of the estimates, weighted by their inverse squared standard errors.
+    """`Pooled` parameter: mean of the estimates, weighted by their inverse squared standard errors, with a χ² test.
 
-    Logarithms are averaged if all estimates are detected, positive and have a standard error; otherwise the values. The
-    p-value is that of a χ² test of agreement. Below 5 %, `_pooled` may use the random-effects mean instead.
+    Logarithms are averaged if `_logarithms_and_errors` has them; otherwise the values.
     """
     from scipy.special import chdtrc
 
@@ -486,16 +456,10 @@ def comparable_parameters(fits: Sequence[Fit]) -> list[dict[str, Estimate]]:
 
 
 def _ranked(model: Model) -> list[int]:
-    """List of the indices of the effects sorted by kind and, within a kind, by the number of their first free shape.
-
-    An effect without such a number counts as 0.
-    """
+    """List of the indices of the effects sorted by kind and, within a kind, by their first free shape (0 without)."""
 
     def rank(place: int) -> tuple[str, float]:
-        """Sort key (kind, first free shape) of the effect at index `place`.
-
-        The number is 0 without a free shape, or if this shape is unknown or a text.
-        """
+        """Sort key (kind, first free shape) of the effect at index `place`."""
         effect = model.effects[place]
         first = next((effect.values[name] for name in effect.free_shapes), None)
         return effect.kind, float(first) if isinstance(first, (int, float)) else 0.0

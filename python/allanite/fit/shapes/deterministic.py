@@ -34,15 +34,7 @@ MIN_RELATIVE_EIGENVALUE = 1e-12
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Design:
-    """Regressors of known functions of time at the ordinates that contain them.
-
-    Attributes
-    ----------
-    ordinates : ndarray of int64, shape (k,)
-        Indices j of the ordinates used, ascending.
-    matrix : ndarray, shape (k, p)
-        Regressors at these ordinates.
-    """
+    """Regressors of known functions of time, shape (k, p), at the ascending `ordinates`, shape (k,), that contain them."""
 
     ordinates: NDArray[np.int64]
     matrix: Array
@@ -54,15 +46,7 @@ class Design:
 class Regression:
     """Result of a weighted regression of ordinates.
 
-    Attributes
-    ----------
-    amplitudes : ndarray, shape (p,)
-    covariance : ndarray, shape (p, p)
-        Covariance of `amplitudes`.
-    leverage : ndarray, shape (k,)
-        Leverage of each ordinate.
-    gain : float
-        ΔlogL of the regression over amplitudes of 0, nats.
+    `leverage` is that of each ordinate, shape (k,). `gain` is ΔlogL over amplitudes of 0, nats.
     """
 
     amplitudes: Array
@@ -74,10 +58,7 @@ class Regression:
 
 
 def ordinates_near(frequency: float, data: Data, half: int = LINE_WINDOW) -> NDArray[np.int64]:
-    """Array of the indices of a record's ordinates that are at most `half` ordinates from a frequency in Hz.
-
-    Ordinate 0, the mean, is never among them.
-    """
+    """Indices of a record's ordinates, without the mean, that are at most `half` ordinates from a frequency in Hz."""
     center = round(2.0 * data.n * frequency / data.rate)
     return np.arange(
         max(1, center - half), min(data.ordinates.size, center + half + 1), dtype=np.int64
@@ -85,10 +66,10 @@ def ordinates_near(frequency: float, data: Data, half: int = LINE_WINDOW) -> NDA
 
 
 def line_ordinates(frequency: float | Array, j: NDArray[np.int64], data: Data) -> Array:
-    """Array of the cosine ordinates j of sin 2πft and cos 2πft, in closed form, shape (…, k, 2).
+    """Cosine ordinates j of sin 2πft and cos 2πft, in closed form, shape (…, k, 2).
 
-    `frequency` is f in Hz, shape (…). Σ_k cos(θ(k+½)+ψ) = cos(nθ/2+ψ) sin(nθ/2)/sin(θ/2), with θ = ω ± πj/n. The
-    product of the first two factors depends on j only through its parity, and is the same for both signs.
+    `frequency` is f in Hz, shape (…). Σ_k cos(θ(k+½)+ψ) = cos(nθ/2+ψ) sin(nθ/2)/sin(θ/2), with θ = ω ± πj/n. The product of
+    the first two factors depends on j only through its parity, and is the same for both signs.
     """
     n = data.n
     w = 2.0 * np.pi * np.asarray(frequency)[..., None] / data.rate
@@ -128,10 +109,7 @@ def _line_sums(theta: Array, phase: Array, n: int) -> Array:
 def comb_ordinates(
     frequency: float | Array, multiples: Sequence[float], j: NDArray[np.int64], data: Data
 ) -> Array:
-    """Array of the cosine ordinates j of the sine and cosine of a line and its harmonics, shape (…, k, 2·lines).
-
-    The lines have the frequencies `multiples` × `frequency`, Hz.
-    """
+    """Cosine ordinates j of the sine and cosine of lines at `multiples` × `frequency`, Hz, shape (…, k, 2·lines)."""
     lines = line_ordinates(np.multiply.outer(frequency, multiples), j, data)
     return np.moveaxis(lines, -3, -2).reshape(*np.shape(frequency), j.size, 2 * len(multiples))
 
@@ -144,11 +122,10 @@ def comb_gains(
     variance: Array,
     data: Data,
 ) -> Array:
-    """Array of the ΔlogL of a line with its harmonics, for each base frequency in `frequency` (Hz), shape (f,).
+    """ΔlogL of a line with its harmonics, for each base frequency in `frequency` (Hz), shape (f,).
 
-    The lines have the frequencies `multiples` × base frequency. All their sine and cosine amplitudes are fitted together
-    by weighted least squares. `values` are the data: cosine-transform coefficients with the indices j, whose noise has
-    the given `variance`.
+    All their sine and cosine amplitudes are fitted together. `values` are ordinates with the indices j, whose noise has the
+    given `variance`.
     """
     root = 1.0 / np.sqrt(variance)
     white = comb_ordinates(frequency, multiples, j, data) * root[:, None]
@@ -207,10 +184,7 @@ def regressors_at(effect: Deterministic, j: NDArray[np.int64], data: Data) -> Ar
 def shape_slope(
     effect: Deterministic, name: str, ordinates: NDArray[np.int64], data: Data
 ) -> Array | None:
-    """Array of the derivative of an effect's cosine ordinates with respect to the shape `name`, shape of `ordinates`.
-
-    None if the shape cannot be changed.
-    """
+    """Derivative of an effect's cosine ordinates with respect to the shape `name`; None if it cannot be changed."""
     value = effect.values[name]
     steps = {"Hz": 1e-4 / data.duration, "Hz/s": 1e-4 / data.duration**2}
     steps["s"] = max(
@@ -230,10 +204,7 @@ def shape_slope(
 def residual_ordinates_at(
     effects: Sequence[Deterministic], j: NDArray[np.int64], data: Data
 ) -> Array:
-    """Array of the cosine-transform coefficients with indices j of the record minus the `effects`, shape (k,).
-
-    The effects are known functions of time that have values for all parameters.
-    """
+    """Ordinates j of the record minus the `effects`, which have values for all parameters, shape (k,)."""
     left = data.ordinates[j]
     for effect in effects:
         left = left - regressors_at(effect, j, data) @ effect.amplitudes()
@@ -241,11 +212,7 @@ def residual_ordinates_at(
 
 
 def regress(matrix: Array, values: Array, variance: Array) -> Regression:
-    """`Regression`: least-squares fit of the columns of `matrix` to `values`, with the weights 1/`variance`.
-
-    `values` are cosine-transform coefficients. The gain, ΔlogL, is ½ bᵀA⁻¹b for the normal equations A x = b. Nearly
-    dependent directions of A are omitted, as in a pseudo-inverse.
-    """
+    """`Regression`: fit of the columns of `matrix` to the ordinates `values`, with the weights 1/`variance`."""
     at = np.arange(values.size, dtype=np.int64)
     return regress_designs((Design(at, matrix),), at, values, variance)
 
@@ -255,8 +222,9 @@ def regress_designs(
 ) -> Regression:
     """`Regression` of all `designs` together; a regressor counts as 0 at ordinates that its design does not contain.
 
-    `values` and `variance` are those of the ordinates `at`, ascending, which contain those of all designs. The columns
-    of the designs follow each other. The time grows with the number of designs, since most of them share few ordinates.
+    `values` and `variance` are those of the ordinates `at`, ascending, which contain those of all designs. The columns of
+    the designs follow each other. The gain, ΔlogL, is ½ bᵀA⁻¹b for the normal equations A x = b. The time grows with the
+    number of designs, since most of them share few ordinates.
     """
     root = 1.0 / np.sqrt(variance)
     places = [np.searchsorted(at, design.ordinates) for design in designs]

@@ -60,16 +60,9 @@ FREQUENCIES_BESIDE_COURSE = 64
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Band:
-    """Complex time series of a band of the whitened record.
+    """Complex time series of a band of the whitened record, scaled so that |Fourier sum|² is the ΔlogL of a line.
 
-    Attributes
-    ----------
-    series : ndarray of complex, shape (k,)
-        Time series, scaled so that |Fourier sum|² is the rise of logL by a line.
-    first : int
-        Frequency of the record at frequency 0 of the series, in cycles per record.
-    duration : float
-        Duration of the record, s.
+    `first` is the frequency of the record at frequency 0 of the series, in cycles per record. `duration` is in s.
     """
 
     series: NDArray[np.complex128]
@@ -84,8 +77,8 @@ class Band:
     def search(self) -> tuple[float, float, float]:
         """Tuple (frequency at mid-record, drift over the record, ΔlogL) of the best drifting line on a grid.
 
-        Frequency and drift are in cycles per record. In bands above 4096 values, only lines near the eight best lines of
-        a coarse search are tried.
+        Frequency and drift are in cycles per record. In bands above 4096 values, only lines near the eight best lines of a
+        coarse search are tried.
         """
         if self.series.size > MAX_EXHAUSTIVE_FREQUENCIES:
             found = [self._best_near_course(*course) for course in self._courses()]
@@ -146,8 +139,8 @@ class Band:
     def _best_near_course(self, place: int, drift: float) -> tuple[float, float, float]:
         """Tuple (frequency at mid-record, drift, ΔlogL) of the best line near a course, in units as for `search`.
 
-        A course is a line with the mid-record frequency `first` + `place` and the given `drift`, in cycles per record. The
-        drift of the course is removed by demodulation, so that only a narrow band around its frequency must be searched.
+        A course is a line with the mid-record frequency `first` + `place` and the given `drift`. Demodulation removes its
+        drift, so that only a narrow band around its frequency must be searched.
         """
         near = self._demodulated_along(place, drift)
         # Search drift rates up to the second neighboring course.
@@ -155,10 +148,7 @@ class Band:
         return frequency, drift + more, gain
 
     def _demodulated_along(self, place: int, drift: float) -> Band:
-        """Narrow `Band` around a linear course of frequency, demodulated so that the course becomes a constant frequency.
-
-        The course has the mid-record frequency `first` + `place` and the drift `drift`, in cycles per record.
-        """
+        """Narrow `Band` around a linear course of frequency, demodulated so that its frequency becomes constant."""
         k = self.series.size
         u = np.arange(k) / k - 0.5
         spectrum = np.fft.fft(self.series * np.exp(-1j * np.pi * drift * u * u))
@@ -172,10 +162,7 @@ class Band:
         return float(abs(self._conjugate_line(frequency, drift) @ self.series) ** 2)
 
     def _conjugate_line(self, frequency: float, drift: float) -> NDArray[np.complex128]:
-        """Array, shape (k,): complex conjugate of a drifting line of amplitude 1 at the times of the series.
-
-        The mid-record `frequency` and the `drift` over the record are in cycles per record.
-        """
+        """Complex conjugate of a line with this mid-record frequency and drift, cycles per record, shape (k,)."""
         u = np.arange(self.series.size) / self.series.size
         phase = (frequency - self.first) * u + 0.5 * drift * (u - 0.5) ** 2
         return np.exp(-2j * np.pi * phase)
@@ -183,8 +170,8 @@ class Band:
     def relative_noise(self, frequency: float, drift: float) -> float:
         """Ratio, at least 1: noise power around a drifting line, without the line, over the expected noise power.
 
-        The line has a mid-record `frequency` and a `drift` over the record, in cycles per record. A ratio above 1 shows
-        a random band that moves with the line; in the mean spectrum such a band is spread and looks weaker.
+        A ratio above 1 shows a random band that moves with the line; in the mean spectrum such a band is spread and looks
+        weaker.
         """
         turn = self._conjugate_line(frequency, drift)
         line = turn @ self.series
@@ -246,12 +233,12 @@ def band_about(
 def fourier_sums(
     ordinates: Array, start: int, first: int, count: int, n: int
 ) -> NDArray[np.complex128]:
-    """Array of complex Fourier sums of n samples of which only consecutive cosine ordinates are given, shape (count,).
+    """Complex Fourier sums of n samples of which only consecutive cosine ordinates are given, shape (count,).
 
-    The sums are Σ x_t e^{−2πikt/n} for k = first … first + count − 1 ≤ n/2. The given ordinates start at index `start`;
-    all others are 0. An even ordinate j contributes only at k = j/2. An odd one contributes ½ √(2/n) e^{±iπj/2n} Σ_t
-    e^{±iπ(j ∓ 2k)t/n}, which depends only on j − 2k and j + 2k. The sums are therefore two convolutions of the length
-    of the band, not of the record.
+    The sums are Σ x_t e^{−2πikt/n} for k = first … first + count − 1 ≤ n/2. The given ordinates start at index `start`; all
+    others are 0. An even ordinate j contributes only at k = j/2. An odd one contributes ½ √(2/n) e^{±iπj/2n} Σ_t e^{±iπ(j ∓
+    2k)t/n}, which depends only on j − 2k and j + 2k. The sums are therefore two convolutions of the length of the band, not
+    of the record.
     """
     from scipy.fft import fft, ifft, next_fast_len
 
@@ -266,7 +253,7 @@ def fourier_sums(
     length = next_fast_len(size)
 
     def sums(u: Array) -> NDArray[np.complex128]:
-        """Array of the sums of e^{2πiut/n} over t = 0 … n − 1, for half-integers u; equal to 2/(1 − e^{2πiu/n})."""
+        """Sums of e^{2πiut/n} over t = 0 … n − 1, for half-integers u; equal to 2/(1 − e^{2πiu/n})."""
         return 1.0 + 1j / np.tan(np.pi * u / n)
 
     apart = low - first + 0.5 + np.arange(odd.size - 1, -count, -1)
@@ -280,8 +267,7 @@ def fourier_sums(
 def loudest_frequency(effect: Deterministic, ordinates: Array, noise: Noise, data: Data) -> float:
     """Frequency of the largest whitened ordinate within the limits of a line, Hz.
 
-    The lowest eight ordinates are not used. If the limits contain no ordinate, the largest of all is taken and its
-    frequency is clipped to the limits.
+    The lowest eight ordinates are not used. If the limits contain no ordinate, the largest of all is clipped to the limits.
     """
     j = np.arange(8, ordinates.size)
     if "frequency" in effect.limits:
@@ -297,11 +283,10 @@ def loudest_frequency(effect: Deterministic, ordinates: Array, noise: Noise, dat
 def polished_line(
     effect: Deterministic, ordinates: Array, noise: Noise, data: Data
 ) -> tuple[Deterministic, float]:
-    """Pair: copy of the drifting line with the frequency and drift that maximize logL, and its ΔlogL.
+    """Pair: copy of the drifting line with the frequency and drift that maximize logL, and its ΔlogL over no line.
 
-    `ordinates` are the residual ordinates, shape (n,). The ΔlogL is relative to no line, and holds for this `noise`.
-    Without a drift, the strongest line near the frequency is searched. Without a frequency, it is searched near the
-    largest whitened ordinate within the limits. A line with both values keeps them if ΔlogL rises by less than 1e-3.
+    Without a drift, the strongest line near the frequency is searched. Without a frequency, it is searched near the largest
+    whitened ordinate within the limits. A line with both values keeps them if ΔlogL rises by less than 1e-3.
     """
     values, T = effect.values, data.duration
     f, d = values["frequency"], values["drift"]

@@ -27,7 +27,7 @@ Held = dict[tuple[int, str], float]
 
 
 def within_limits(model: Model, fit: Callable[[Model], Solution]) -> Solution:
-    """`Solution` of a model in which all parameters are within their limits; `fit` fits a model without regard to limits.
+    """`Solution` of a model with all parameters within their limits; `fit` fits a model without regard to limits.
 
     `Effect.at_limit` of the result names the parameters at a limit.
     """
@@ -49,8 +49,7 @@ def _hold_until_inside(
 ) -> tuple[Held, Solution]:
     """Pair (held, solution): values of the held parameters, and a solution in which no other parameter is beyond a limit.
 
-    While the solution has parameters beyond their limits, these are added to `held` at the limit, and `fit` fits the model
-    again. If the fit reached all these limits exactly, the parameters are held without a new fit.
+    If the fit reached all limits exactly, the parameters are held without a new fit.
     """
     while beyond := _beyond_limits(found.model, held):
         held = {**held, **beyond}
@@ -92,7 +91,7 @@ def _has_reached(effect: Effect, name: str, limit: float) -> bool:
 def _held_at_limits(found: Solution, held: Held) -> Solution:
     """Copy of the solution in which the parameters `held` have exactly the values of their limits; no new fit.
 
-    `Effect.at_limit` names them. A fitted value may differ from its limit by rounding.
+    A fitted value may differ from its limit by rounding.
     """
     effects = list(found.effects)
     for place in {place for place, _ in held}:
@@ -125,10 +124,7 @@ def _beyond_limits(model: Model, held: Held) -> Held:
 
 
 def _clipped_to_limits(effect: Effect) -> Effect:
-    """Copy of the effect with start values clipped to the limits of the user, and with no parameter held at a limit.
-
-    The effect itself if it has no limits and nothing is held at one.
-    """
+    """Copy of the effect with start values clipped to the limits of the user, and with no parameter held at a limit."""
     if not effect.limits and not effect.at_limit:
         return effect
     values = {
@@ -142,19 +138,9 @@ def _clipped_to_limits(effect: Effect) -> Effect:
 def _with_held(model: Model, found: Model, held: Held) -> Model:
     """Copy of the model to fit next, in which the parameters `held` are fixed at their limits.
 
-    Parameters
-    ----------
-    model : Model
-        The model to fit, with its given values.
-    found : Model
-        The fitted model.
-    held : Held
-        Values of the held parameters by index of the effect and name.
-
-    Notes
-    -----
-    Random effects that the user limited start again from the given values. All other effects with a held parameter start
-    from the fitted values, because a new search of their other shapes could end elsewhere.
+    `model` has the given values, `found` the fitted ones. Random effects that the user limited start again from the given
+    values. All other effects with a held parameter start from the fitted values, because a new search of their other shapes
+    could end elsewhere.
     """
     effects = list(model.effects)
     for place, effect in enumerate(effects):

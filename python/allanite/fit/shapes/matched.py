@@ -40,10 +40,7 @@ Some = TypeVar("Some", bound=Effect)
 
 
 def regressor_ordinates(points: Sequence[Deterministic], j: NDArray[np.int64], data: Data) -> Array:
-    """Array of the cosine ordinates j of the regressors of several effects, shape (effects · regressors, ordinates).
-
-    If samples are missing, each ordinate is multiplied by the factor by which the gaps attenuate it (`Data.attenuated`).
-    """
+    """Cosine ordinates j of the regressors of effects, attenuated by gaps, shape (effects · regressors, ordinates)."""
     rows = points[0].regressor_ordinates(points, j, data.n, data.rate, data.start)
     if rows is None:
         is_low = not j.size or int(j[-1]) < CACHED_ORDINATES
@@ -55,10 +52,10 @@ def regressor_ordinates(points: Sequence[Deterministic], j: NDArray[np.int64], d
 
 
 def _lowest_ordinates(effect: Deterministic, data: Data) -> Array:
-    """Array of the first `CACHED_ORDINATES` cosine ordinates of every regressor of an effect, one row each; cached.
+    """The first `CACHED_ORDINATES` cosine ordinates of every regressor of an effect, one row each.
 
-    Filtered columns are cached for all effects that follow the column. In a long record, the ordinates of a logged
-    column are computed from `COLUMN_MEANS` means of its samples.
+    Filtered columns are cached for all effects that follow the column. In a long record, the ordinates of a logged column
+    are computed from `COLUMN_MEANS` means of its samples.
     """
 
     def lowest(series: Array) -> Array:
@@ -81,7 +78,7 @@ def _lowest_ordinates(effect: Deterministic, data: Data) -> Array:
 
 
 def _ordinates_of_means(series: Array, data: Data) -> Array:
-    """Array of the first `CACHED_ORDINATES` ordinates of a slow series, computed from `COLUMN_MEANS` means.
+    """The first `CACHED_ORDINATES` ordinates of a slow series, computed from `COLUMN_MEANS` means.
 
     The attenuation of the means, sin(x)/x with x = πj/(2·`COLUMN_MEANS`), at least 0.994, is corrected.
     """
@@ -97,9 +94,8 @@ def _ordinates_of_means(series: Array, data: Data) -> Array:
 def grid_points(blank: Some, n: int, rate: float) -> list[Some]:
     """List of copies of an effect: one for each variant and combination of the trial values of its unknown shapes.
 
-    `n` is the number of samples, `rate` the sampling rate in Hz. If the effect has several variants (e.g. filter
-    designs), shapes that have a value are put on the grid, too. One copy if all shapes have values. The trial values of a
-    shape may depend on shapes that are declared before it.
+    If the effect has several variants (e.g. filter designs), shapes that have a value are put on the grid, too. The trial
+    values of a shape may depend on shapes that are declared before it.
     """
     variants, out = blank.variants(), []
     for variant in variants:
@@ -129,7 +125,7 @@ def slow_families(
     """Dict from a family of effects (`Effect.family`) to a tuple of its slow functions of time, without values.
 
     They are the functions of the catalog that may be added to `model`, one for each column in `columns` that they can
-    follow. Empty if a filter of the model blocks drifts.
+    follow.
     """
     out: dict[str, tuple[Deterministic, ...]] = {}
     if any(filtering.blocks for filtering in model.filters):
@@ -152,8 +148,8 @@ def matched_gains(
 ) -> tuple[Array, Array]:
     """Pair: ΔlogL of each point, shape (points,), and unit vectors of whitened ordinates, (points, ordinates).
 
-    A point is a slow function of time with shape values; a unit vector is the direction of its best fit. `residual` are
-    the residual ordinates, shape (n,). The amplitudes of the slow functions `together_with` are fitted together with each
+    A point is a slow function of time with shape values; a unit vector is the direction of its best fit. `residual` are the
+    residual ordinates, shape (n,). The amplitudes of the slow functions `together_with` are fitted together with each
     point, so that only the orthogonal part of a point counts. With one amplitude, ΔlogL is ½z².
     """
     j = filter_ordinates(data)
@@ -192,11 +188,9 @@ def best_spans(
     """List of pairs (effect, angle): effects with two times (begin and end) that explain `residual` best.
 
     The class `cls` proposes them. A bias step proposes an excursion (two opposite steps) and a transition (a ramp to a new
-    level). Most classes propose nothing, and the list is empty.
-
-    `residual` are residual ordinates, shape (n,). The amplitudes of the slow functions `together_with` are fitted, too.
-    The angle, rad, measures the number of independent trials. The whitened ordinates of the effect, as a vector, turn by
-    this angle as one of its times moves over the whole record.
+    level). Most classes propose nothing. `residual` are residual ordinates, shape (n,). The amplitudes of the slow
+    functions `together_with` are fitted, too. The angle, rad, measures the number of independent trials. The whitened
+    ordinates of the effect, as a vector, turn by this angle as one of its times moves over the whole record.
     """
     j = filter_ordinates(data)
     root = 1.0 / np.sqrt(noise.variance(j))
@@ -206,10 +200,7 @@ def best_spans(
 
 
 def _shifted_in_time(effect: Deterministic, start: float) -> Deterministic:
-    """Copy of the effect with `start` added to all its times, s.
-
-    Times since the start of the analyzed data thereby become times since the first sample of the recording.
-    """
+    """Copy of the effect with `start` added to all its times, s, which then count from the start of the recording."""
     times = {p.name: effect.values[p.name] for p in effect.parameters if p.unit == "s"}
     return effect.with_values(**{name: time + start for name, time in times.items()})
 
@@ -221,10 +212,10 @@ def _ignored_directions(
     data: Data,
     noise: Noise,
 ) -> Array:
-    """Array: orthonormal basis of whitened ordinates j that a matched filter ignores, shape (ordinates, columns).
+    """Orthonormal basis of whitened ordinates j that a matched filter ignores, shape (ordinates, columns).
 
     These are the slow functions of time among `effects`, and single samples at the ends of the record that cause the
-    leakage of a finite filter (`_end_samples`). `root` is 1/√variance of the ordinates. The array may have no columns.
+    leakage of a finite filter (`_end_samples`). `root` is 1/√variance of the ordinates.
     """
     rows = [regressor_ordinates([e], j, data) * root for e in effects if e.low]
     ends = _end_samples(noise, data.n)
@@ -234,10 +225,10 @@ def _ignored_directions(
 
 
 def _end_samples(noise: Noise, n: int) -> NDArray[np.int64]:
-    """Array of the indices of samples at both ends that cause the leakage of the `noise` of n samples; may be empty.
+    """Indices of samples at both ends that cause the leakage of the `noise` of n samples; may be empty.
 
-    Without them the ordinates are independent. In a long record only every k-th of them is returned, since the lowest
-    4096 ordinates do not resolve neighbors.
+    Without them the ordinates are independent. In a long record only every k-th of them is returned, since the lowest 4096
+    ordinates do not resolve neighbors.
     """
     memory = max((term.memory for term in noise.terms), default=0)
     first = np.arange(0, min(memory, n // 2), max(1, n // FILTER_ORDINATES), dtype=np.int64)
@@ -245,7 +236,7 @@ def _end_samples(noise: Noise, n: int) -> NDArray[np.int64]:
 
 
 def orthogonal_to(basis: Array, rows: Array) -> Array:
-    """Array of the components of `rows`, shape (r, ordinates), orthogonal to an orthonormal basis, shape (ordinates, k).
+    """Components of `rows`, shape (r, ordinates), orthogonal to an orthonormal basis, shape (ordinates, k).
 
     A row that is nearly in the span of the basis becomes 0.
     """
@@ -257,10 +248,7 @@ def orthogonal_to(basis: Array, rows: Array) -> Array:
 
 
 def basis_of(rows: Array) -> Array:
-    """Array: orthonormal basis that spans the rows, shape (ordinates, at most rows).
-
-    Directions with a singular value of at most 1e-3 of unit rows are omitted.
-    """
+    """Orthonormal basis that spans the rows, without singular values of at most 1e-3, shape (ordinates, at most rows)."""
     left, singular, _ = np.linalg.svd(_unit_rows(rows).T, full_matrices=False)
     return np.asarray(left[:, singular > MIN_INDEPENDENT_NORM])
 

@@ -54,20 +54,9 @@ class Window:
     """Ordinates near a narrow band of a model, and the likelihood of the band there.
 
     Its coordinates are ln of the band's variance, ln of a factor on the other effects of the model, and ln of each free
-    shape of the band. The factor keeps errors of the other effects from distorting the band.
-
-    Attributes
-    ----------
-    model : Model
-    place : int
-        Index of the band in the model.
-    data : Data
-    j : ndarray of int64, shape (k,)
-        Indices of the ordinates.
-    power : ndarray, shape (k,)
-        Squared ordinates.
-    other_power : ndarray, shape (k,)
-        Expected squared ordinates of the model without the band.
+    shape of the band. The factor keeps errors of the other effects from distorting the band. `place` is the index of the
+    band in the model. `j`, `power` and `other_power`, shape (k,), are the indices of the ordinates, their squares, and
+    those that the model without the band expects.
     """
 
     model: Model
@@ -126,7 +115,7 @@ class Window:
         return float(np.ptp(band.occupies)) / (2.0 * self.hertz_per_ordinate)
 
     def scales(self, x: Array) -> Array:
-        """Array of the scale of each coordinate in `x`: a change by this scale alters the spectrum substantially.
+        """Scale of each coordinate in `x`: a change by this scale alters the spectrum substantially.
 
         The scale of a frequency is the half-width of the band.
         """
@@ -137,10 +126,7 @@ class Window:
         return np.array([1.0, 0.5, *shapes])
 
     def spectrum(self, x: Array) -> Array:
-        """Array, shape (k,): expected squared ordinates in the window, for a band at the coordinates `x`.
-
-        They are the density of the band, plus e^{x[1]} times `other_power`, the density of the other effects.
-        """
+        """Expected squared ordinates in the window, for a band at the coordinates `x`, shape (k,)."""
         effect = self.effect(x)
         model = with_effect(self.model, self.place, effect)
         terms = [t.scaled(float(np.exp(x[0]))) for t in self.data.unit_terms(model, effect)]
@@ -175,11 +161,10 @@ class Window:
         )
 
     def best_of_widths(self) -> Array:
-        """Array of the coordinates of the most likely of several trial bands, or of the present band if likelier than all.
+        """Coordinates of the most likely of several trial bands, or of the present band if likelier than all.
 
         Half-widths of 1, 2, 4, … ordinates are tried, up to that of the widest narrow band. Each trial band lies where the
-        power, relative to that of the other effects, is largest. The present band is also returned if the other effects
-        have no power at some ordinate.
+        power, relative to that of the other effects, is largest.
         """
         best, half = self.coordinates(self.own), MIN_HALF_WIDTH
         if not np.all(self.other_power > 0.0):  # without other noise, no excess is defined
@@ -207,10 +192,7 @@ class Window:
         return best
 
     def optimized(self, x: Array) -> Array:
-        """Array of the coordinates of the local maximum of logL, by Fisher scoring from `x`; `x` itself if no step helps.
-
-        The iteration ends after 40 steps, or when a step raises logL by less than 1e-3.
-        """
+        """Coordinates of the local maximum of logL, by Fisher scoring from `x`; `x` itself if no step helps."""
         value = self.log_likelihood(x)
         for _ in range(MAX_STEPS):
             slopes, now = self._slopes(x)
@@ -256,18 +238,10 @@ class Window:
 def ordinates_delta_logl(model: Model, data: Data, ordinates: Array, count: Array) -> float:
     """Additional logL from the single ordinates near narrow bands, given the power of their bins; 0 without such bands.
 
-    The power of the other effects is averaged over each bin. Otherwise a band next to the empty end of a filtered
-    spectrum would get credit for the slope of the filter.
-
-    Parameters
-    ----------
-    model : Model
-        Model with values.
-    data : Data
-    ordinates : ndarray, shape (n,)
-        Ordinates minus known functions of time.
-    count : ndarray, shape (bins,)
-        Degrees of freedom of the bins: fewer than their ordinates if neighboring ordinates are correlated.
+    `ordinates`, shape (n,), are those minus known functions of time. `count`, shape (bins,), are the degrees of freedom of
+    the bins: fewer than their ordinates if neighboring ordinates are correlated. The power of the other effects is averaged
+    over each bin. Otherwise a band next to the empty end of a filtered spectrum would get credit for the slope of the
+    filter.
     """
     narrow = [e for e in model.stochastic if _ordinates_weight(e, data)]
     if not narrow:
@@ -293,8 +267,7 @@ def ordinates_delta_logl(model: Model, data: Data, ordinates: Array, count: Arra
 def _ordinates_weight(effect: Stochastic, data: Data) -> float:
     """Weight, 0 … 1, of the single ordinates in the fit of a band: 1 for a narrow band, less for a wider one.
 
-    The weight falls to 0 at four times the maximum width of narrow bands; without this gradual fall, logL would jump. It
-    is 0 for effects that are no bands, and where the record keeps no single ordinates.
+    The weight falls to 0 at four times the maximum width of narrow bands; without this gradual fall, logL would jump.
     """
     if is_fitted_to_ordinates(effect, data):
         return 1.0
@@ -317,9 +290,8 @@ def _ordinates_weight(effect: Stochastic, data: Data) -> float:
 def is_flat_near(model: Model, place: int, data: Data) -> bool:
     """True if the model without its narrow bands is nearly constant within each bin near the band at index `place`.
 
-    This means that ln of its density changes by less than 0.5 from the first to the last ordinate of each bin. It is also
-    True if the model has no other effect. Where the model is not constant, e.g. at the edge of a filter, single ordinates
-    would describe the filter instead of the band.
+    This means that ln of its density changes by less than 0.5 from the first to the last ordinate of each bin. Where the
+    model is not constant, e.g. at the edge of a filter, single ordinates would describe the filter instead of the band.
     """
     near = bins_near(model.effects[place], data.bins, data.rate)
     terms = data.terms(Model(tuple(e for e in model if not is_narrow(e))))
@@ -331,10 +303,7 @@ def is_flat_near(model: Model, place: int, data: Data) -> bool:
 
 
 def _mean_density_of_bins(model: Model, near: NDArray[np.int64], data: Data) -> Array:
-    """Array of the model's mean density in the bins with the indices `near`, shape (ordinates of these bins,).
-
-    The mean of a bin is repeated for each ordinate of the bin.
-    """
+    """The model's mean density in the bins with the indices `near`, repeated for each of their ordinates."""
     return np.repeat(expected_power(model, data, data.ends_missing)[near], _sizes(near, data))
 
 
@@ -361,20 +330,9 @@ def fit_narrow_bands(
 ) -> tuple[Model, Maximum]:
     """Pair: model whose narrow bands have shapes fitted to single ordinates, and its `Maximum` over the coefficients.
 
-    The arguments `model` and `best` are returned if no band changes. Not fitted are bands without power, with a held
-    shape, or without ordinates near them.
-
-    Parameters
-    ----------
-    model : Model
-        Model with values of its coefficients.
-    best : Maximum
-        Maximum of the model.
-    part : RandomPart
-    ordinates : ndarray, shape (n,)
-        Ordinates minus known functions of time.
-    settled : int
-        Bands among the first `settled` effects are kept unless a later effect overlaps them.
+    The arguments `model` and `best` are returned if no band changes. Not fitted are bands without power, with a held shape,
+    or without ordinates near them. `ordinates`, shape (n,), are those minus known functions of time. Bands among the first
+    `settled` effects are kept unless a later effect overlaps them.
     """
     data, moved = part.data, False
     for place, effect in enumerate(model.effects):

@@ -354,10 +354,7 @@ def _optimized_slow(
 
 
 def indices_of_unbuilt(model: Model, part: RandomPart) -> list[int]:
-    """List of the indices of the effects of the model whose simple processes have not yet been chosen.
-
-    Such effects are sums of simple processes (`Stochastic.pieces`); before the choice their parameters are None.
-    """
+    """Indices of the effects that are sums of simple processes (`Stochastic.pieces`), which have not yet been chosen."""
     return [
         place
         for place, effect in enumerate(model.effects)
@@ -370,10 +367,10 @@ def indices_of_unbuilt(model: Model, part: RandomPart) -> list[int]:
 def built_from_pieces(model: Model, place: int, part: RandomPart) -> Model:
     """Copy of the model in which the effect at index `place` becomes the sum of up to six chosen simple processes.
 
-    All simple processes (`pieces`) are first fitted at once, together with the other effects. Processes of zero power
-    and the least useful ones are then removed one by one. This ends at six or fewer, when the next removal would lose
-    more logL than 2 (two parameters, Akaike 1974) plus ln of the number of pieces. If none is left, or if the model has
-    no other noise process, the middle piece is used.
+    All simple processes (`pieces`) are first fitted at once, together with the other effects. Processes of zero power and
+    the least useful ones are then removed one by one. This ends at six or fewer, when the next removal would lose more logL
+    than 2 (two parameters, Akaike 1974) plus ln of the number of pieces. If none is left, or if the model has no other
+    noise process, the middle piece is used.
     """
     effect = model.effects[place]
     assert isinstance(effect, Stochastic)
@@ -417,10 +414,9 @@ def built_from_pieces(model: Model, place: int, part: RandomPart) -> Model:
 
 
 def _least_significant(linear: Linear, first: int, found: Maximum, part: RandomPart) -> list[int]:
-    """List of the indices of at most four least significant processes, the least first.
+    """List of the indices, from the column `first` on, of at most four least significant processes, the least first.
 
-    Indices count from 0 for the column `first` of the linear model. The significance is the squared coefficient over its
-    standard error (inverse Fisher information) at the maximum `found`.
+    The significance is the squared coefficient over its standard error (inverse Fisher information).
     """
     theta = found.theta
     share = linear.matrix * (np.sqrt(0.5 * part.count) / (linear.matrix @ theta))[:, None]
