@@ -63,10 +63,7 @@ class BurstNoise(Stochastic):
 
     @classmethod
     def like(cls, other: Effect, **values: Any) -> Self | None:
-        """Burst noise with the spectrum of the Gauss-Markov process `other`: levels ±σ, mean dwell time 2T; else None.
-
-        Takes no `values`.
-        """
+        """Burst noise with the spectrum of the Gauss-Markov process `other` (levels ±σ, mean dwell time 2T); else None."""
         if values or not isinstance(other, GaussMarkov):
             return None
         return cls(amplitude=other.sigma, dwell_time=2.0 * (other.correlation_time or 0.0))

@@ -70,10 +70,9 @@ class GaussMarkov(Stochastic):
         return (self.q_c, self.correlation_time) if self.q_c and self.correlation_time else None
 
     def grid(self, name: str, n: int, rate: float) -> Array:
-        """Array of correlation times to try, s, from four samples to half the record.
+        """Correlation times to try, s, about 8 per decade, from four samples to half the record.
 
-        There are about 8 per decade, at least 4 in all. A faster process would be a filter of white noise, a slower one a
-        random walk.
+        A faster process would be a filter of white noise, a slower one a random walk.
         """
         return log_grid(4.0 / rate, 0.5 * n / rate)
 

@@ -73,10 +73,9 @@ class RateRamp(Deterministic):
     def regressor_ordinates(
         cls, points: Sequence[Self], j: NDArray[np.int64], n: int, rate: float, start: float
     ) -> Array:
-        """Array of cosine-transform coefficients j of a ramp of slope 1 per second, equal rows for all `points`.
+        """Cosine-transform coefficients j of a ramp of slope 1 per second, equal rows for all `points`.
 
-        Its shape is (points, ordinates). The coefficients are −√(2/n) cos(a)/(2 rate sin²(a)) with a = πj/2n for odd j, and
-        0 for even j.
+        The coefficients are −√(2/n) cos(a)/(2 rate sin²(a)) with a = πj/2n for odd j, and 0 for even j.
         """
         a = np.pi * j / (2 * n)
         odd = np.where(

@@ -180,7 +180,7 @@ class Blue(_Sized):
         return replace(self, ends=False)
 
     def at_ordinates(self, n: int) -> tuple[str, list[float]]:
-        """As of `Term`; if `ends` is False, variances equal the spectrum, without leakage of the first and last sample."""
+        """As `Term.at_ordinates`; if `ends` is False, the variances are the spectrum, without leakage of the ends."""
         return self.kernel if self.ends else ("power_law", [2.0, self.variance, 1.0])
 
     @property
@@ -234,7 +234,7 @@ class Flicker(_Sized):
         return self.variance * power_law_allan(-1.0, m)
 
     def at_ordinates(self, n: int) -> tuple[str, list[float]]:
-        """Pair ("flicker", [B², q₁, …, q₆₄]) with the ratios q of `power_law_ends`; as of `Term`."""
+        """Pair ("flicker", [B², q₁, …, q₆₄]) with the ratios q of `power_law_ends`; see `Term.at_ordinates`."""
         return self.name, [self.variance, *power_law_ends(-1.0, n)]
 
     def variogram(self, count: int) -> Array:
@@ -269,7 +269,7 @@ class PowerLaw(Term):
         return self.level * power_law_allan(self.exponent, m)
 
     def at_ordinates(self, n: int) -> tuple[str, list[float]]:
-        """Pair ("power_law", [exponent, level, q₁, …, q₆₄]) with the ratios q of `power_law_ends`; as of `Term`."""
+        """Pair ("power_law", [exponent, level, q₁, …, q₆₄]), q as in `power_law_ends`; see `Term.at_ordinates`."""
         return self.name, [*self.numbers, *power_law_ends(round(self.exponent, 6), n)]
 
     def variogram(self, count: int) -> Array:

@@ -87,14 +87,9 @@ _UNIT = re.compile(r"^[\[(]([^\[\]()]*)[\])]$")
 
 
 def read(path: Path, pick: Picker) -> Table:
-    """`Table` with the picked columns of a text log. Columns that are not picked may hold any text.
+    """`Table` with the picked columns of a text log; columns that are not picked may hold any text.
 
-    `pick` gets a table of the first rows and returns the indices of the columns to read.
-
-    Raises
-    ------
-    InputError
-        A cell is no number, or a row has another length. The message names file, row, column and text.
+    Raises `InputError` with file, row, column and text if a cell is no number, or a row has another length.
     """
     begin = head_of(path)
     if begin.startswith(b"version https://git-lfs.github.com/spec/"):

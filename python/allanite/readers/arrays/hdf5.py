@@ -22,12 +22,7 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
     """`Table` of the numeric arrays of the largest length in an HDF5 or netCDF file, also in groups.
 
     An attribute ``units`` is the unit; ``scale_factor`` and ``add_offset`` are applied. An attribute or scalar named
-    rate, fs, … is the sampling rate. `pick` is not used: all these columns are read.
-
-    Raises
-    ------
-    InputError
-        The file is damaged, or has no numeric array.
+    rate, fs, … is the sampling rate.
     """
     is_netcdf3 = head_of(path).startswith(b"CDF")
     found, attributes = (_arrays_of_netcdf3 if is_netcdf3 else _arrays_of_hdf5)(path)

@@ -41,15 +41,9 @@ _BYTES = {"double": 8, "single": 4, "logical": 1} | {
 
 
 def read(path: Path, pick: Picker) -> Table:
-    """`Table` of the longest numeric arrays in a MATLAB file, also in structures; each array is one or several columns.
+    """`Table` of the longest numeric arrays in a MATLAB file, also in structures (see `assemble`).
 
-    A scalar named Fs, rate, … is the sampling rate. An array of three columns named omega gives omega_x, omega_y and
-    omega_z. A file written by ``save -ascii`` is read as text. `pick` selects columns of such a text only.
-
-    Raises
-    ------
-    InputError
-        The file is damaged, or has no numeric array.
+    A file written by ``save -ascii`` is read as text.
     """
     begin = head_of(path)
     if re.match(rb"\s*[-+\d]", begin):

@@ -19,11 +19,7 @@ MAX_READ_BYTES = 1 << 26
 
 
 def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
-    """`Table` of an NPY file (NumPy array) of shape (n,) or (n, columns), without units and rate.
-
-    The only column is ``x``; several are ``x0``, ``x1``, …. Errors are those of `load`. `pick` is not used: all these
-    columns are read.
-    """
+    """`Table` of an NPY file (NumPy array) of shape (n,) or (n, columns), without units and rate."""
     return table_of(load(path))
 
 

@@ -23,14 +23,7 @@ KEYS = ("data", "rate_hz", "channels", "unit", "t")
 def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
     """`Table` of the array ``data`` in an NPZ file, shape (n,) or (n, channels), with rate, names, units and time.
 
-    The keys are ``rate_hz``, ``channels``, ``unit`` and ``t``. Without ``channels`` the names are ``x`` or ``x0``,
-    ``x1`` …. `pick` is not used: all these columns are read.
-
-    Raises
-    ------
-    InputError
-        The file is damaged or truncated, holds pickled objects (never loaded), or has no key ``data``. Or a shape or
-        type is wrong.
+    Their keys are ``rate_hz``, ``channels``, ``unit`` and ``t``. Pickled objects are never loaded.
     """
     found = _load_arrays(path)
     if "data" not in found:

@@ -19,13 +19,7 @@ from allanite.recording.sensor_names import role_of
 def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
     """`Table` of the numeric columns of a Parquet, Arrow or Feather file; a column of date-times is the time.
 
-    Columns of text and of lists are not read, except text named like a time. `pick` is not used: all these columns are
-    read.
-
-    Raises
-    ------
-    InputError
-        The file is damaged or truncated, or has no numeric column.
+    Columns of text and of lists are not read, except text named like a time.
     """
     import pyarrow as pa
     from pyarrow import feather

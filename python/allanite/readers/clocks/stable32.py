@@ -25,12 +25,11 @@ def recognizes(head: bytes) -> bool:
 
 
 def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - roles need the names below
-    """`Table` of a Stable32 file: one column of phases in s or of frequencies, with MJD time tags in d before it if logged.
+    """`Table` of a Stable32 file: phases in s or frequencies, with MJD time tags in d before them if logged.
 
     A line such as ``# Tau: 1.0`` states the interval in s; otherwise the rate is None. The header, or else the suffix,
-    states whether the values are phases or frequencies. If neither does, names and units are those of `text.read`. A
-    file with names, or with over two columns, is the table of `text.read`, also its rate. `pick` is not used: all these
-    columns are read.
+    states whether the values are phases or frequencies. A file with names, or with over two columns, is the table of
+    `text.read`.
     """
     with path.open(encoding="latin-1") as stream:
         head = stream.read(8192)

@@ -23,15 +23,7 @@ _BLOCK = re.compile(rb"^TIC[ \t]+(\d+)[ \t]+(\d+)[ \t]*\r?$", re.MULTILINE)
 
 
 def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
-    """`Table` of a TimeLab file: time errors in s, named ``phase``, or ``phase_1``, ``phase_2``, … for several channels.
-
-    `pick` is not used: all these columns are read.
-
-    Raises
-    ------
-    InputError
-        The block of numbers is missing or incomplete.
-    """
+    """`Table` of a TimeLab file: time errors in s, named ``phase``, or ``phase_1``, ``phase_2``, … for several channels."""
     with path.open("rb") as stream:
         head = stream.read(HEAD)
         found = _BLOCK.search(head)

@@ -45,14 +45,8 @@ def recognizes(head: bytes) -> bool:
 def read(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:  # noqa: ARG001 - all are at hand
     """`Table` of a log of chronyd: offset of the clock in s as the first column; other columns depend on the kind of log.
 
-    If the log has several sources, the source named in `topics` is read, or by default the source with the most rows. A
-    note names the others. Without topics, all rows of ``tracking`` are read, in order of time. Medians in ``refclocks``
-    are skipped. `pick` is not used: all these columns are read.
-
-    Raises
-    ------
-    InputError
-        A row has too few fields or text instead of a number, there is no row, or no source in `topics`.
+    Of several sources, the one in `topics` is read, or else the one with the most rows. Without topics, all rows of
+    ``tracking`` are read, in order of time. Medians in ``refclocks`` are skipped.
     """
     kind = _kind_of_log(head_of(path))
     assert kind is not None

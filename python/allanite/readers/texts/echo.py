@@ -19,13 +19,7 @@ def recognizes(head: bytes) -> bool:
 
 
 def read(path: Path, pick: Picker) -> NoReturn:  # noqa: ARG001 - nothing is read
-    """Raise `InputError` for the output of `ros2 topic echo`, with the names of formats that hold the same data.
-
-    Raises
-    ------
-    InputError
-        Always.
-    """
+    """Raise `InputError` for the output of `ros2 topic echo`, with the names of formats that hold the same data."""
     raise InputError(
         "messages as rostopic echo prints them, not a table: record a bag (rosbag record, ros2 bag record),"
         " or print rows as CSV (rostopic echo -p, or the CSV option of ros2 topic echo)"

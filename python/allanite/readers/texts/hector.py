@@ -30,12 +30,7 @@ def recognizes(head: bytes) -> bool:
 def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - the format fixes the columns
     """`Table` of a Hector series: one column of observations without unit, and their dates as the time.
 
-    Days without an observation have no row. A third column of the file (the model) is not used. `pick` is not used.
-
-    Raises
-    ------
-    InputError
-        The file does not have two or three columns.
+    Days without an observation have no row. A third column of the file (the model) is not used.
     """
     table = text.read(path, text.all_numbers)
     if not 2 <= len(table.columns) <= 3 or table.texts:

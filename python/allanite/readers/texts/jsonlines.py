@@ -56,13 +56,8 @@ def _flat_values(value: object, path: str) -> Iterator[tuple[str, object]]:
 def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
     """`Table` of the numbers in JSON objects, one row per line; numbers in nested objects are named by their path.
 
-    A key that is missing in a line is NaN there. Columns with text are left out; notes name both. A column of
-    date-times named like a time is the time. `pick` is not used: all these columns are read.
-
-    Raises
-    ------
-    InputError
-        A line is no object, a number is infinite, there is no number, or over 5 % of the lines lack a key.
+    A key that is missing in a line is NaN there; at most 5 % of the lines may lack a key. Columns with text are left
+    out; notes name both. A column of date-times named like a time is the time.
     """
     rows: list[dict[str, object]] = []
     numbers: list[int] = []

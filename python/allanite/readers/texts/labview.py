@@ -32,13 +32,8 @@ def recognizes(head: bytes) -> bool:
 def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - roles need the names below
     """`Table` of the first segment of a LabVIEW measurement file; the X values are the time if the header says so.
 
-    Without X values, a single ``Delta_X`` states the sampling interval in s. `pick` is not used: all these columns are
-    read.
-
-    Raises
-    ------
-    InputError
-        The file has no rows, or a header for every segment.
+    Without X values, a single ``Delta_X`` states the sampling interval in s. Raises `InputError` for a header in every
+    segment.
     """
     separator, comma, keys, names, first = _parsed_header(path)
     if keys.get("Multi_Headings", [""])[0].lower() == "yes":

@@ -48,15 +48,8 @@ def recognizes(head: bytes) -> bool:
 def read(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:  # noqa: ARG001 - all are at hand
     """`Table` of a log of linuxptp: offset of a clock in s, its frequency in ppb, path delay in s (NaN if not logged).
 
-    If the log has several clocks, the clock named in `topics` is read, or by default the clock with the most lines. The
-    samples before the servo first locks (state s2) are excluded, because the servo steps the clock there. Notes report
-    other clocks and excluded samples. `pick` is not used: all columns are read.
-
-    Raises
-    ------
-    InputError
-        No line has an offset, a line has no time, or there are only summaries. The clock in `topics` does not occur, or
-        several topics are given.
+    Of several clocks, the one in `topics` is read, or else the one with the most lines. The samples before the servo
+    first locks (state s2) are excluded, because the servo steps the clock there.
     """
     rows: dict[str, list[tuple[str, ...]]] = {}
     summaries = 0

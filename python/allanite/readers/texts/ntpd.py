@@ -45,13 +45,7 @@ def recognizes(head: bytes) -> bool:
 def read(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:  # noqa: ARG001 - all are at hand
     """`Table` of a log of ntpd: offset in s, and frequency in ppm (loopstats) or delay in s of one peer (peerstats).
 
-    The peer in `topics` is read, or the one with most rows (the first one if equal). A note names the others. The first
-    line decides between the two forms. `pick` is not used: all these columns are read.
-
-    Raises
-    ------
-    InputError
-        A row has another format, the peer in `topics` does not occur, or several topics are given.
+    The peer in `topics` is read, or the one with most rows. The first line decides between the two forms.
     """
     rows: dict[str, list[tuple[float, float, float]]] = {}
     form = _LOOP if _LOOP.match(next(numbered_lines(path), (0, ""))[1]) else _PEER

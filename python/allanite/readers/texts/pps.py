@@ -94,16 +94,10 @@ def _round_period(step: float) -> float | None:
 
 
 def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
-    """`Table` of the phase in s of pulses (PPS), one column per channel: time since the first edge minus whole periods.
+    """`Table` of the phase in s of pulses (PPS), one column per channel: time since its first edge minus whole periods.
 
-    The first edge is that of the same channel, so each column begins with 0. Periods without an edge are NaN. Shorter
-    columns end with NaN. The rate of the table is one over the period. `pick` is not used: all these columns are read.
-
-    Raises
-    ------
-    InputError
-        A channel has fewer than two edges or two edges in a period, the period is not round, there is text among the
-        times, or channels have different periods.
+    Periods without an edge are NaN. Shorter columns end with NaN. Raises `InputError` if channels have different
+    periods.
     """
     form = _line_pattern(first_lines(head_of(path)))
     assert form is not None

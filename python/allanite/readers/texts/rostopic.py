@@ -50,13 +50,7 @@ def _becomes_column(field: str) -> bool:
 def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - the format says which fields are samples
     """`Table` of the output of `rostopic echo -p`: the fields that can be samples, with the stamp in each header as time.
 
-    If one of the stamps is missing (0), all times are those of receipt. A note says which time is used. `pick` is not
-    used: all these columns are read.
-
-    Raises
-    ------
-    InputError
-        A cell is no number.
+    If one of the stamps is missing (0), all times are those of receipt. A note says which time is used.
     """
     fields = next(text_lines(path)).strip().lstrip("%").split(",")
     kept = [i for i, field in enumerate(fields) if _becomes_column(field)]

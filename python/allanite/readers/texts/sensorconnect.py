@@ -32,10 +32,7 @@ def _name_and_unit(name: str, unit: str | None) -> tuple[str, str | None]:
 
 
 def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - every channel is a number
-    """`Table` of a log of SensorConnect (MicroStrain); the names of several sensors keep the serial numbers.
-
-    `pick` is not used: all these columns are read.
-    """
+    """`Table` of a log of SensorConnect (MicroStrain); the names of several sensors keep the serial numbers."""
     table = text.read(path, text.all_numbers)
     shown = [_name_and_unit(*one) for one in zip(table.names, table.units, strict=True)]
     units = tuple(unit for _, unit in shown)

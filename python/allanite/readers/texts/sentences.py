@@ -78,13 +78,8 @@ def recognizes(head: bytes) -> bool:
 def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
     """`Table` of the VectorNav or NovAtel sentences whose kind comes first in the log; other sentences are skipped.
 
-    A damaged sentence is a row of NaN (VectorNav), or has no row (NovAtel, whose rows have times). `pick` is not used:
-    all these columns are read.
-
-    Raises
-    ------
-    InputError
-        More than 5 % of these sentences are damaged, or there is no sentence.
+    A damaged sentence is a row of NaN (VectorNav), or has no row (NovAtel, whose rows have times). At most 5 % may be
+    damaged.
     """
     first = _FIRST.search(head_of(path))
     if first is None:

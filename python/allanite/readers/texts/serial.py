@@ -54,13 +54,6 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - roles need the na
 
     Lines of text before the first values are skipped, except a line of column names. The time stamp of the terminal,
     which states when the line arrived, is the time. It is not used if a line lacks it, or if a column is the time.
-    `pick` is not used: all these columns are read.
-
-    Raises
-    ------
-    InputError
-        There is text among the values. A line after the first labeled one has no labels or other labels. The numbers of
-        time stamps and of rows differ.
     """
     lines = [line.strip() for line in text_lines(path)]
     stamps = [STAMP.match(line) for line in lines]

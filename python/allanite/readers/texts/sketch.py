@@ -67,15 +67,9 @@ def _line_match(line: str) -> re.Match[str] | None:
 def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
     """`Table` of the output of a sensor library's example, which prints each sample as a group of lines.
 
-    A line names one sensor (such as the accelerometer) with its values. A new group begins with every line of the sensor
-    that came first in the log. An incomplete last group is left out. If all groups begin with a time stamp of the
-    terminal, these stamps are the time. They state when the line arrived. `pick` is not used: all these columns are
-    read.
-
-    Raises
-    ------
-    InputError
-        A group lacks one of its lines, or repeats one.
+    A line names one sensor (such as the accelerometer) with its values. A new group begins with every line of the
+    sensor that came first in the log. An incomplete last group is left out; another one raises `InputError`. If all
+    groups begin with a time stamp of the terminal, which states when the line arrived, these stamps are the time.
     """
     samples: list[dict[str, float]] = []
     units: dict[str, str | None] = {}

@@ -35,12 +35,7 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
     """`Table` of a GNSS station file (tenv, tenv3): east, north and up of each day with its date.
 
     The positions are in m, which a note states; the units of the columns are None. In a tenv3 file, whole meters and
-    fractions are added. `pick` is not used: all these columns are read.
-
-    Raises
-    ------
-    InputError
-        A row has another format or another length, holds text, or belongs to another station. Or the file has no rows.
+    fractions are added.
     """
     days: list[float] = []
     values: list[list[float]] = []

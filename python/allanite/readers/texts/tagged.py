@@ -50,12 +50,7 @@ def read(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:  # noqa
     """`Table` of a log whose rows begin with a sensor's name: rows of the topic, or else the gyroscope or accelerometer.
 
     Only names of at least 4 rows are sensors. If both exist, the table has the gyroscope and its attribute `others` the
-    name of the accelerometer. A note names the other rows. `pick` is not used: all these columns are read.
-
-    Raises
-    ------
-    InputError
-        No row belongs to the topic, or several topics are given.
+    name of the accelerometer.
     """
     tags: Counter[str] = Counter()
     last, header = "", None

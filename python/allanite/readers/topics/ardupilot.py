@@ -29,15 +29,8 @@ def read(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:  # noqa
     """`Table` of one kind and instance of messages of an ArduPilot log: of the topic, or else the first inertial kind.
 
     The topic ``IMU.1`` is the second instance of ``IMU``. Without a topic, the kind is ``IMU`` if logged, or else
-    ``GYR``, ``ACC``, …. Then only inertial fields and the temperature are columns. If ``GYR`` is read without a topic,
-    the attribute `others` of the table names the accelerometer's messages of the same instance. A note names the other
-    inertial messages, or with a topic the other instances. `pick` is not used.
-
-    Raises
-    ------
-    InputError
-        The file is no DataFlash log, has no inertial message or no message of the topic, or the messages have no time.
-        Also for several topics.
+    ``GYR``, ``ACC``, …. Then only inertial fields and the temperature are columns, and for ``GYR`` the attribute
+    `others` names the accelerometer's messages of the same instance.
     """
     if not head_of(path).startswith(b"\xa3\x95"):
         raise InputError("not an ArduPilot log: no message at its start")

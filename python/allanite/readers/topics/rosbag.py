@@ -34,12 +34,7 @@ def read(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:  # noqa
     """`Table` of a ROS bag: the given topics, or the first topic of type ``sensor_msgs/msg/Imu``.
 
     Without given topics, the accelerometer or gyroscope of a second IMU topic is added if it has the same rate. Stamps
-    in headers are the time, or else the times of receipt. `pick` is not used: all these columns are read.
-
-    Raises
-    ------
-    InputError
-        The bag is damaged, a topic is missing, or topics have different rates.
+    in headers are the time, or else the times of receipt.
     """
     from rosbags.highlevel import AnyReader
     from rosbags.typesys import Stores, get_typestore

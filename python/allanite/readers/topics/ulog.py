@@ -29,13 +29,8 @@ def read(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:  # noqa
     """`Table` of a ULog: the given topic, or ``sensor_combined``, or else ``sensor_gyro``, ``sensor_accel``, ….
 
     ``sensor_gyro.1`` is the second instance. A topic without a temperature gets that of ``sensor_gyro``,
-    ``sensor_accel`` or ``sensor_baro``, interpolated. For ``sensor_gyro``, the attribute `others` of the table names the
-    accelerometer. A note names topics not read. `pick` is not used: all these columns are read.
-
-    Raises
-    ------
-    InputError
-        The file is damaged, has no inertial topic, or several topics are given.
+    ``sensor_accel`` or ``sensor_baro``, interpolated. For ``sensor_gyro``, the attribute `others` of the table names
+    the accelerometer.
     """
     from pyulog import core
 
