@@ -44,13 +44,13 @@ class Record:
 
 
 def first_is(check: al.Check, *kinds: str) -> Expected:
-    """The suggestion with the best evidence is one of these."""
+    """Expectation that the suggestion with the best evidence is of one of these kinds."""
     found = check.significant[0].kind if check.significant else "nothing"
     return Expected(f"first suggestion: {' or '.join(kinds)}", found, found in kinds)
 
 
 def added(study: al.Study) -> list[al.Effect]:
-    """Effects that the ladder added, in order."""
+    """Effects that stepwise model building added, in order."""
     return [effect for rung in study.ladder for effect in rung.new]
 
 
@@ -62,7 +62,7 @@ def long_error(fit: al.Fit, beyond: float) -> float:
 
 
 def temperature(low: float, high: float, unit: str) -> Callable[..., list[Expected]]:
-    """Temperature first, with a coefficient between two numbers, and the slow error halved."""
+    """Function that expects temperature first, with a coefficient in a range, and half of the slow error."""
 
     def expect(_: al.Recording, check: al.Check, study: al.Study) -> list[Expected]:
         out = [first_is(check, "covariate")]
@@ -84,7 +84,7 @@ def temperature(low: float, high: float, unit: str) -> Callable[..., list[Expect
 
 
 def no_temperature(_: al.Recording, check: al.Check, study: al.Study) -> list[Expected]:
-    """Temperature does not explain this axis."""
+    """Expectations that temperature does not explain this axis."""
     first = check.significant[0].kind if check.significant else "nothing"
     kinds = [e.kind for e in added(study)]
     return [
@@ -98,7 +98,7 @@ def no_temperature(_: al.Recording, check: al.Check, study: al.Study) -> list[Ex
 
 
 def roll_off(_: al.Recording, check: al.Check, study: al.Study) -> list[Expected]:
-    """The filter of the sensor."""
+    """Expectations that a low-pass or a resonance is suggested first, and that the largest misfit is above 9 Hz."""
     rows = check.where.frequency
     worst = max(rows, key=lambda row: abs(row["z"]))
     return [
@@ -112,7 +112,7 @@ def roll_off(_: al.Recording, check: al.Check, study: al.Study) -> list[Expected
 
 
 def band(low: float, high: float, kinds: tuple[str, ...]) -> Callable[..., list[Expected]]:
-    """An effect of one of the `kinds` with its middle frequency in a range is added."""
+    """Function that expects an added effect of one of the `kinds` whose middle frequency, Hz, is in a range."""
 
     def expect(_: al.Recording, check: al.Check, study: al.Study) -> list[Expected]:
         inside = [
@@ -127,7 +127,7 @@ def band(low: float, high: float, kinds: tuple[str, ...]) -> Callable[..., list[
 
 
 def comb(recording: al.Recording, check: al.Check, study: al.Study) -> list[Expected]:
-    """A line at 0.564 Hz with harmonics."""
+    """Expectations that a line at 0.564 Hz and harmonics of it are added."""
     out = band(0.55, 0.58, ("sinusoid", "resonance"))(recording, check, study)
     near = [e for e in added(study) if getattr(e, "frequency", None)]
     over = [e.frequency / 0.5645 for e in near]
@@ -138,7 +138,7 @@ def comb(recording: al.Recording, check: al.Check, study: al.Study) -> list[Expe
 
 
 def contaminated(_: al.Recording, check: al.Check, study: al.Study) -> list[Expected]:
-    """Outliers and a lag."""
+    """Expectations that outliers and a Gauss-Markov process are added, and that N decreases."""
     kinds = [e.kind for e in added(study)]
     before, after = study.ladder[0].fit["N"], study.fit["N"]
     out = [
@@ -154,7 +154,7 @@ def contaminated(_: al.Recording, check: al.Check, study: al.Study) -> list[Expe
 
 
 def says(kind: str, claim: str, pattern: str) -> Callable[..., list[Expected]]:
-    """A finding of the audit."""
+    """Function that expects a finding of this kind in the audit whose message contains `pattern`."""
 
     def expect(recording: al.Recording, check: al.Check, study: al.Study) -> list[Expected]:
         messages = [f.message for f in recording.audit if f.kind.startswith(kind)]
@@ -165,7 +165,7 @@ def says(kind: str, claim: str, pattern: str) -> Callable[..., list[Expected]]:
 
 
 def white(recording: al.Recording, check: al.Check, study: al.Study) -> list[Expected]:
-    """The wrong rate, and nothing else."""
+    """Expectations that the audit states the wrong rate, and that no effect is added."""
     out = says("rate", "9.862 Hz, not 10 Hz", "9.862")(recording, check, study)
     limits = f"{study.fit.model.name}, B {study.fit['B']!r}, K {study.fit['K']!r}"
     out.append(Expected("white noise and nothing else", limits, not added(study)))
@@ -173,7 +173,7 @@ def white(recording: al.Recording, check: al.Check, study: al.Study) -> list[Exp
 
 
 def slow(which: str, column: str) -> Record:
-    """A column of the whale tag's two recordings."""
+    """Section on a column of recording ``a`` or ``b`` of the whale tag."""
     hours = {"a": "25.5 h", "b": "12.6 h"}[which]
     expect, remark = {
         "acc_y": (temperature(-0.026, -0.017, "m/s²/°C"), None),
@@ -187,7 +187,7 @@ def slow(which: str, column: str) -> Record:
 
 
 def line_or_resonance(check: al.Check) -> str:
-    """Which of the two describes the line at 0.56 Hz, and why."""
+    """Remark on which suggestions describe the line at 0.56 Hz, and why."""
     found = {}
     for s in check.suggestions:
         frequency = getattr(s.effect, "frequency", None) or 0.0

@@ -123,7 +123,7 @@ def compared():
 
 
 def main():
-    """Simulate two hours at 100 Hz, climb the ladder from N+B+K, draw the loop."""
+    """Simulate two hours at 100 Hz, improve N+B+K, and draw the steps and all other figures."""
     model = al.parse_model(f"{SHOWN}+{HIDDEN}")
     samples = model.simulate(duration=7200.0, rate=100.0, seed=1, unit="deg/s").samples
     recording = al.Recording(samples, rate=100.0, unit="deg/s", columns=["simulated gyroscope"])

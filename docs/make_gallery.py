@@ -59,7 +59,7 @@ def main(names: list[str]) -> None:
 
 
 def read_sections() -> dict[str, str]:
-    """The sections of the page as it is."""
+    """Sections of the present page by name."""
     if not PAGE.exists():
         return {}
     text = PAGE.read_text(encoding="utf-8")
@@ -68,7 +68,7 @@ def read_sections() -> dict[str, str]:
 
 
 def write(sections: dict[str, str]) -> None:
-    """The page: a list of contents, then the sections in the order of the records."""
+    """Write the page: a list of contents, then the sections in the order of the records."""
     there = [record for record in RECORDS if record.name in sections]
     contents = "\n".join(f"* [{r.title}](#{anchor(r.title)})" for r in there)
     parts = [f"<!-- {r.name} -->\n{sections[r.name]}" for r in there]
@@ -77,7 +77,7 @@ def write(sections: dict[str, str]) -> None:
 
 
 def share(sections: list[str]) -> str:
-    """Count of adequate models and of expectations that were met."""
+    """Sentences that count the adequate models and the expectations that were met."""
     adequate = sum("Nothing significant is left." in text for text in sections)
     near = 0
     for text in sections:
@@ -94,12 +94,12 @@ def share(sections: list[str]) -> str:
 
 
 def anchor(title: str) -> str:
-    """The name that a heading gets."""
+    """Anchor of a heading in Markdown."""
     return re.sub(r"[^\w\- ]", "", title.lower()).replace(" ", "-")
 
 
 def section(record: Record, path: Path) -> str:
-    """Everything about one recording."""
+    """Markdown of the section on one recording."""
     recording = al.read(path, column=record.column).with_path(record.file)
     # The time limit would make results depend on the load of the machine.
     study = al.improve(recording, record.model, seconds=3600.0)
@@ -133,7 +133,7 @@ def section(record: Record, path: Path) -> str:
 
 
 def suggestions(check: al.Check) -> list[str]:
-    """The first three suggestions with their parameters and alternatives."""
+    """First three suggestions with their parameters and alternatives, as texts."""
     told = []
     for s in check.significant[:3]:
         titles = [cls.title for kind in s.rivals if (cls := find(kind)) is not None]
@@ -146,7 +146,7 @@ def suggestions(check: al.Check) -> list[str]:
 
 
 def ladder(study: al.Study) -> str:
-    """The steps as a table."""
+    """Table of the steps of model building."""
     rows = []
     for rung, misfit in zip(study.ladder, study.misfit_left, strict=True):
         fit, e = rung.fit, rung.fit.error
@@ -170,7 +170,7 @@ def ladder(study: al.Study) -> str:
 
 
 def left(study: al.Study) -> str:
-    """What is left unexplained, in words."""
+    """Sentence on what is left unexplained."""
     if study.adequate:
         return "Nothing significant is left."
     sentences = bullets([with_readable_numbers(s) for s in study.left])
@@ -178,12 +178,12 @@ def left(study: al.Study) -> str:
 
 
 def bullets(items: list[str]) -> str:
-    """A list."""
+    """Markdown list."""
     return "\n".join(f"* {item}" for item in items)
 
 
 def table(head: tuple[str, ...], rows: list[tuple[str, ...]]) -> str:
-    """A table."""
+    """Markdown table."""
     lines = [head, ("---",) * len(head), *rows]
     return "\n".join(f"| {' | '.join(cell.replace('|', '/') for cell in row)} |" for row in lines)
 

@@ -28,7 +28,7 @@ TARGETS = (15.0, 5.0, 10.0, 20.0, 30.0)
 
 
 def noise(rng, *, flicker=True, walk=False):
-    """What is modelled anyway."""
+    """Samples of the effects that both models contain."""
     out = g.white(rng, N, RATE, FLAT)
     if flicker:
         out += g.flicker(rng, N, RATE, FLICKER)

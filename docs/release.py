@@ -16,7 +16,7 @@ README = ROOT / "README.md"
 
 
 def problems(version: str) -> list[str]:
-    """What speaks against releasing `version` now."""
+    """Reasons why `version` cannot be released."""
     found = []
     if not re.fullmatch(r"\d+\.\d+\.\d+", version):
         return [

@@ -30,7 +30,7 @@ MODELS = {
 
 
 def recording() -> Recording:
-    """Three axes of a gyroscope."""
+    """Recording of three simulated axes of a gyroscope."""
     columns = [
         parse_model(text).simulate(duration=3600.0, rate=50.0, seed=i, unit="rad/s").samples
         for i, text in enumerate(MODELS.values(), 1)
@@ -41,7 +41,7 @@ def recording() -> Recording:
 
 
 def warmed(seed: int) -> Source:
-    """A gyroscope whose bias follows its temperature."""
+    """Simulated gyroscope whose bias follows its temperature."""
     temperature = 25.0 + 20.0 * (1.0 - np.exp(-np.arange(4000) / 800.0))
     noise = parse_model("N(N=0.05)").simulate(n=4000, rate=1.0, seed=seed, unit="deg/s").samples
     log = Recording(
@@ -56,7 +56,7 @@ def warmed(seed: int) -> Source:
 
 
 def main() -> None:
-    """Two pictures for the docs; with --every, all tabs at all widths."""
+    """Take two pictures for the docs; with --every, pictures of all tabs at all widths."""
     SHOWN.mkdir(exist_ok=True)
     LOOKED_AT.mkdir(parents=True, exist_ok=True)
     page = explore(recording(), open_browser=False)
@@ -93,7 +93,7 @@ def main() -> None:
 
 
 def job_views(browser, theme: str) -> None:
-    """The tabs of two units with a temperature, at each width."""
+    """Photograph the tabs of two units with a temperature, at each width."""
     page = open_page([warmed(1), warmed(2)]).start()
     tab = browser.new_page(viewport={"width": 1280, "height": 720}, color_scheme=theme)
     tab.set_default_timeout(240_000)
@@ -114,7 +114,7 @@ def show(tab, view: str) -> None:
 
 
 def every_view(tab, name: str, views: tuple[str, ...] = VIEWS) -> None:
-    """Each tab at each width, the whole page where it scrolls."""
+    """Photograph each tab at each width, with the parts to which one must scroll."""
     for view in views:
         show(tab, view)
         for width, height in WIDTHS.items():
@@ -125,7 +125,7 @@ def every_view(tab, name: str, views: tuple[str, ...] = VIEWS) -> None:
 
 
 def picture(tab, path: Path) -> None:
-    """A picture of the window once animations have ended."""
+    """Photograph the window once animations have ended."""
     tab.wait_for_timeout(600)
     tab.screenshot(path=path)
 

@@ -23,7 +23,7 @@ THEMES = {"dark": 0, "light": 1}
 
 
 def main() -> None:
-    """Simulate, report, photograph."""
+    """Simulate a record, write its report, and photograph the report in both themes."""
     chromium = shutil.which("chromium") or shutil.which("chromium-browser")
     if chromium is None:
         sys.exit("no chromium: apt-get install chromium")

@@ -1,6 +1,6 @@
 """Claim: an acceptance test gives at most 5 % wrong "meets" and at most 5 % wrong "does not meet".
 
-    python benches/claims/acceptance.py [--records 500] [--samples 6000]
+    python benches/claims/acceptance.py [--records 30] [--samples 6000]
 
 Simulated records of N+B+K, made without the package, have true figures of 0.8, 1.0 and 1.25 times the limit of the data
 sheet. A unit at 0.8 or 1.0 times the limit meets the sheet, one at 1.25 times does not.

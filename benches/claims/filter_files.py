@@ -1,11 +1,12 @@
 """Claim: filters that use the exported files are consistent (NEES near 1) on new data of the same truth.
 
-Each sensor gets a log of two hours, from which `allanite.improve` builds a model. A bias filter with the numbers of each
-file is aided for 300 s by the exact angle each second, then it coasts for 10, 60 and 120 s on new data of the same truth.
-The generator and the filters are plain NumPy, with each consumer's conversion reimplemented. NEES is the mean squared error
-over the variance that the filter predicts: 1 is consistent. All sensors of a truth coast on the same segments of new data.
+Each sensor gets a log of two hours, from which `allanite.improve` builds a model. A bias filter with the numbers of
+each file is aided for 300 s by the exact angle each second, then it coasts for 10, 60 and 120 s on new data of the same
+truth. The generator and the filters are plain NumPy, with each consumer's conversion reimplemented. NEES is the mean
+squared error over the variance that the filter predicts: 1 is consistent. All sensors of a truth coast on the same
+segments of new data.
 
-    python benches/claims/filter_files.py [--sensors 50] [--truths 12] [--segments 10000] [--results FILE] [--models FOLDER]
+    python benches/claims/filter_files.py [--sensors 3] [--truths 12] [--segments 2000] [--results FILE] [--models FOLDER]
 
 The file of results gets one JSON line per sensor. A repeated run skips the sensors in it; `--sensors 0` only prints it.
 """
@@ -133,10 +134,10 @@ def white_and_walk(text, target):
 
 
 def coasted(F, Q, P, period, new, scale=1.0):
-    """Return the NEES at each coasting time of a filter whose first state is the angle.
+    """NEES at each coasting time of a filter whose first state is the angle; the exact angle aids the filter each second.
 
-    An input times `scale` enters the angle each `1 / period` seconds; the exact angle aids the filter each second. The
-    error is linear in the inputs; its weights are computed from the gains backward in time.
+    An input times `scale` enters the angle each `1 / period` seconds. The error is linear in the inputs; its weights
+    are computed from the gains backward in time.
     """
     size = len(P)
     gains, variances = [], {}
@@ -250,7 +251,7 @@ def sensor_of(name, sensor, new, states=True, seed=0, folder=None, overbound=Tru
 
 
 def summary(name, rows, segments):
-    """Return the lines of one truth: mean NEES ± standard error, and the range over sensors.
+    """Lines of one truth: mean NEES ± standard error, and the range over sensors.
 
     A mean has two errors: the scatter between sensors, and √(2 / segments) from the segments that they share.
     """

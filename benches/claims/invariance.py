@@ -110,7 +110,7 @@ VARIANTS = {
 def ending(study: al.Study) -> dict[str, object]:
     """Return the effects of the last model that the record supports, their score in nats, and the verdict.
 
-    Effects of the start stay in the last model even if the record does not show them. They are removed here.
+    Effects of the start stay in the last model even if the record does not show them, so they are removed here.
     """
     fit = reduced(study.fit)
     white = al.parse_model("N").effects[0]

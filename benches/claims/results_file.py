@@ -6,15 +6,7 @@ import json
 
 
 class Results:
-    """Rows of a file, and the rows that a run adds to it.
-
-    Parameters
-    ----------
-    path : Path or None
-        None keeps the rows in memory.
-    settings : str
-        Options that change the results. A file with other settings is refused.
-    """
+    """Rows of a file (in memory for None), to which a run adds rows; other `settings` than in the file are refused."""
 
     def __init__(self, path=None, settings=""):
         self.path, self.settings, self.rows = path, settings, {}

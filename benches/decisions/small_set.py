@@ -1,4 +1,4 @@
-"""Small set of records of the search, searched in about five CPU minutes: sets of three, single effects, nulls, hard cases.
+"""Small set of records of the search, searched in about two CPU minutes: sets of three, single effects, nulls, hard cases.
 
     python benches/decisions/small_set.py RESULT.json [--against OLD.json] [--part sets|effects|nulls|cases]
         [--records FOLDER]

@@ -1,6 +1,6 @@
 """Time of a fit, a check and a stepwise model building, relative to a Fourier transform of the same record.
 
-    python benches/python/bench_loop.py [--samples 1000000 10000000]
+    python benches/python/bench_loop.py [--samples 1000000 …]
 
 Processor seconds of the whole process (all threads), also in multiples of a `numpy.fft.rfft` of the record.
 """

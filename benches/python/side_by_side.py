@@ -12,10 +12,7 @@ RECORD = Path(__file__).parents[1] / "record"
 
 
 def side_by_side(title, programs, repeats):
-    """Run all programs in turn `repeats` times after a warm-up; the first one is the reference.
-
-    Returns rows (title, name, seconds, cpu per wall, times faster than the reference).
-    """
+    """Run all programs in turn; return rows (title, name, seconds, cpu per wall, times faster than the first program)."""
     spent = {name: [] for name in programs}
     for call in programs.values():
         call()
