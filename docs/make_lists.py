@@ -2,14 +2,12 @@
 
 | new | added to |
 |---|---|
-| effect | imports and order of the catalog (`effects/__init__.py`), table of models (`docs/contract.md`) |
+| effect | imports for type checkers (`effects/__init__.py`), table of models (`docs/contract.md`) |
 | deviation | names of `deviation/__init__.py` and `__init__.pyi` |
 
 The table of models is written anew. Rows and places of the other lists stay as they are: edit them by hand.
 """
 
-import importlib
-import inspect
 from pathlib import Path
 
 import allanite as al
@@ -30,36 +28,24 @@ END = "<!-- end of models -->\n"
 
 
 def effects() -> list[type[Effect]]:
-    """Effect classes that the modules of `effects/` define, in the order of their files."""
-    found = []
-    for path in sorted((PACKAGE / "effects").glob("[a-z]*.py")):
-        module = importlib.import_module(f"allanite.effects.{path.stem}")
-        for cls in vars(module).values():
-            own = inspect.isclass(cls) and cls.__module__ == module.__name__
-            if own and issubclass(cls, Effect) and "kind" in vars(cls):
-                found.append(cls)
-    return found
+    """Effect classes of the package, in the order of the catalog."""
+    return al.CATALOG.built_in
 
 
 def catalog(text: str, found: list[type[Effect]]) -> str:
-    """`effects/__init__.py` with an import of each effect and its place at the end of the order."""
+    """`effects/__init__.py` with an import of each effect for type checkers."""
     for cls in found:
-        line = f"from {cls.__module__} import {cls.__name__} as {cls.__name__}\n"
-        text = _with_import(text, line)
-        head, order = text.split("CATALOG.begin(\n")
-        if f"    {cls.__name__},\n" not in order:
-            order = order.replace(")\n", f"    {cls.__name__},\n)\n", 1)
-        text = f"{head}CATALOG.begin(\n{order}"
+        text = _with_import(
+            text, f"    from {cls.__module__} import {cls.__name__} as {cls.__name__}\n"
+        )
     return text
 
 
 def contract(text: str, found: list[type[Effect]]) -> str:
     """`docs/contract.md` with a new table of models between its markers, in the order of the catalog."""
-    order = [cls.kind for cls in al.CATALOG]
-    order += [cls.kind for cls in found if cls.kind not in order]
     rows = [
         f"| `{cls.kind}` | {cls.short} | {'; '.join(_entry(cls, p) for p in cls.parameters)} |\n"
-        for cls in sorted(found, key=lambda one: order.index(one.kind))
+        for cls in found
     ]
     head, rest = text.split(BEGIN)
     table = "| kind | short | parameters (JSON names) |\n|---|---|---|\n" + "".join(rows)
@@ -96,11 +82,12 @@ def public(text: str) -> str:
 
 
 def _with_import(text: str, line: str) -> str:
-    """`text` with an import line before the first import that sorts after it."""
+    """`text` with an import line before the first import of its indentation that sorts after it."""
     if line in text:
         return text
     lines = text.splitlines(keepends=True)
-    imports = [i for i, one in enumerate(lines) if one.startswith("from allanite.")]
+    beginning = line[: line.index("from ")] + "from allanite."
+    imports = [i for i, one in enumerate(lines) if one.startswith(beginning)]
     later = [i for i in imports if _import_order(lines[i]) > _import_order(line)]
     at = later[0] if later else imports[-1] + 1
     return "".join([*lines[:at], line, *lines[at:]])

@@ -16,7 +16,7 @@ from allanite import _kernels
 from allanite.common.arrays import Array
 from allanite.common.errors import InputError
 from allanite.effects import (
-    SCREENS,
+    SEARCH_METHODS,
     Columns,
     Deterministic,
     Effect,
@@ -151,7 +151,7 @@ def check_declaration(effect: Effect) -> None:
                 continue
             _assert_that(False, f"{kind}: a value of {p.name} below its bound {p.low} is accepted")
     _assert_that(kind not in cls.rivals, f"{kind}: the effect lists itself in `rivals`")
-    _assert_that(cls.screened in SCREENS, f"{kind}: screened = {cls.screened!r} is unknown")
+    _assert_that(cls.screened in SEARCH_METHODS, f"{kind}: screened = {cls.screened!r} is unknown")
     for name in cls.shown():
         _assert_that(
             name in names, f"{kind}: `shown` names {name}, but the effect has no such parameter"

@@ -7,23 +7,27 @@ from collections.abc import Callable, Iterator
 from importlib import import_module
 from pkgutil import iter_modules
 from threading import RLock
+from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from importlib.metadata import EntryPoint
 
 
-def values_of_modules(name: str, *packages: str) -> Iterator[Any]:
-    """Yield the values of the variable `name` in the modules of some packages, in the order of packages and names.
+def modules_of(*packages: str) -> Iterator[ModuleType]:
+    """Iterator over the modules of some packages, imported: the packages in this order, the modules of each by name.
 
-    Modules without the variable, subpackages, and modules whose names begin with ``_`` are skipped.
+    Subpackages and modules whose names begin with ``_`` are skipped.
     """
     for package in packages:
         for found in sorted(iter_modules(import_module(package).__path__), key=lambda m: m.name):
             if not (found.ispkg or found.name.startswith("_")):
-                module = import_module(f"{package}.{found.name}")
-                if hasattr(module, name):
-                    yield getattr(module, name)
+                yield import_module(f"{package}.{found.name}")
+
+
+def values_of_modules(name: str, *packages: str) -> Iterator[Any]:
+    """Iterator over the values of the variable `name` in `modules_of` some packages; modules without it are skipped."""
+    return (getattr(module, name) for module in modules_of(*packages) if hasattr(module, name))
 
 
 class EntryPoints:

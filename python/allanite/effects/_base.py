@@ -156,6 +156,8 @@ class Effect(SearchHooks, AsModel):
 
     kind: ClassVar[str]
     short: ClassVar[str]
+    #: Place in the catalog, which is the order in model strings; effects without a place come last.
+    catalog_place: ClassVar[float] = math.inf
     parameters: ClassVar[tuple[Parameter, ...]]
     #: Physical cause of the effect.
     physics: ClassVar[str]
@@ -163,7 +165,7 @@ class Effect(SearchHooks, AsModel):
     looks_like: ClassVar[str]
     #: Experiment that confirms or refutes the effect.
     check_by: ClassVar[str]
-    #: Method by which a check searches the effect: a key of `SCREENS`.
+    #: Method by which a check searches the effect: a key of `SEARCH_METHODS`.
     screened: ClassVar[str] = "spectral"
     #: Name of the family; effects of a family share one correction for multiple trials.
     family: ClassVar[str] = "spectral"

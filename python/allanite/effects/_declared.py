@@ -19,7 +19,7 @@ from allanite.common.validation import MAX_NUMBER
 Columns = Mapping[str, Array]
 
 #: Methods by which a check searches for an effect, with their descriptions.
-SCREENS = {
+SEARCH_METHODS = {
     "spectral": "fit of the mean spectrum at every point of its shape grid",
     "slow": "matched filter on the lowest ordinates at every point of its shape grid",
     "line": "search of lines at all frequencies, with their harmonics",

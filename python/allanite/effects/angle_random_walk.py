@@ -29,6 +29,7 @@ class AngleRandomWalk(Stochastic):
 
     kind = "angle_random_walk"
     short = "N"
+    catalog_place = 2
     on_sheets = "N is two-sided, a data sheet's one-sided density is √2·N"
     common = True
     title = "angle random walk"

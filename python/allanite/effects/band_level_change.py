@@ -37,6 +37,7 @@ class BandLevelChange(Modifier):
 
     kind = "band_level_change"
     short = "BLEVEL"
+    catalog_place = 36
     title = "noise level change of a band"
     screened = "band level"
     family = "level"

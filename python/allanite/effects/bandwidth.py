@@ -69,6 +69,7 @@ class Bandwidth(Filter):
 
     kind = "bandwidth"
     short = "BW"
+    catalog_place = 10
     common = True
     title = "low-pass filter"
     family = "filter"

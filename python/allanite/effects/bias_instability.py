@@ -31,6 +31,7 @@ class BiasInstability(Stochastic):
 
     kind = "bias_instability"
     short = "B"
+    catalog_place = 3
     on_sheets = "B is the coefficient; a data sheet's bias instability is usually the minimum of the curve, 0.664·B or more"
     common = True
     title = "bias instability"

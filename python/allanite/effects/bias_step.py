@@ -38,6 +38,7 @@ class BiasStep(Event):
 
     kind = "bias_step"
     short = "STEP"
+    catalog_place = 24
     common = True
     title = "bias step"
     family = "step"

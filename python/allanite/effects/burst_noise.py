@@ -33,6 +33,7 @@ class BurstNoise(Stochastic):
 
     kind = "burst_noise"
     short = "RTS"
+    catalog_place = 31
     title = "burst noise"
     coefficient = "amplitude"
     #: Detected by its two levels if a Gauss-Markov process fits the spectrum; the spectra are equal.

@@ -43,6 +43,7 @@ class Covariate(Follower):
 
     kind = "covariate"
     short = "COV"
+    catalog_place = 20
     common = True
     title = "logged column"
     parameters = (

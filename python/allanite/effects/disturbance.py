@@ -31,6 +31,7 @@ class Disturbance(Modifier):
 
     kind = "disturbance"
     short = "DIST"
+    catalog_place = 37
     common = True
     title = "disturbance"
     screened = "stretch"

@@ -30,6 +30,7 @@ class DriftingLine(Tone):
 
     kind = "drifting_line"
     short = "CHIRP"
+    catalog_place = 8
     title = "drifting line"
     screened = "drifting line"
     parameters = (

@@ -44,6 +44,7 @@ class DriftingResonance(Moving):
 
     kind = "drifting_resonance"
     short = "DRES"
+    catalog_place = 15
     title = "drifting resonance"
     found_with = "resonance"
     coefficient = "rms"

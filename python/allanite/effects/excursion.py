@@ -31,6 +31,7 @@ class Excursion(Away):
 
     kind = "excursion"
     short = "EXC"
+    catalog_place = 25
     title = "excursion"
     found_with = "bias_step"
     interval = ("start", "end")

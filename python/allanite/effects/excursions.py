@@ -46,6 +46,7 @@ class Excursions(Away):
 
     kind = "excursions"
     short = "EXCS"
+    catalog_place = 26
     title = "several excursions"
     further = "further excursions"
     single = True

@@ -30,6 +30,7 @@ class FlickerPhase(Stochastic):
 
     kind = "flicker_phase"
     short = "F"
+    catalog_place = 17
     title = "flicker phase noise"
     titles: ClassVar[dict[str, str]] = {"fractional frequency": "flicker PM"}
     family = "coefficient"

@@ -33,6 +33,7 @@ class GaussMarkov(Stochastic):
 
     kind = "gauss_markov"
     short = "GM"
+    catalog_place = 6
     common = True
     title = "Gauss-Markov process"
     coefficient = "q_c"

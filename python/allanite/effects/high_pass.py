@@ -46,6 +46,7 @@ class HighPass(Filter):
 
     kind = "high_pass"
     short = "HP"
+    catalog_place = 11
     title = "high-pass"
     family = "filter"
     parameters = (

@@ -36,6 +36,7 @@ class Hump(Event):
 
     kind = "hump"
     short = "HUMP"
+    catalog_place = 27
     title = "slow hump"
     family = "hump"
     interval = ("time", "time")

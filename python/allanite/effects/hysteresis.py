@@ -37,6 +37,7 @@ class Hysteresis(Follower):
 
     kind = "hysteresis"
     short = "HYS"
+    catalog_place = 22
     title = "hysteresis"
     parameters = (
         COLUMN,

@@ -41,6 +41,7 @@ class ModulatedVibration(Resonance):
 
     kind = "modulated_vibration"
     short = "MOD"
+    catalog_place = 14
     title = "modulated vibration"
     titles: ClassVar[dict[str, str]] = {"fractional frequency": "modulated band"}
     screened = "none"

@@ -29,6 +29,7 @@ class NoiseLevelChange(Level):
 
     kind = "noise_level_change"
     short = "LEVEL"
+    catalog_place = 32
     common = True
     title = "noise level change"
     legend = ("factor",)

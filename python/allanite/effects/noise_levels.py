@@ -33,6 +33,7 @@ class NoiseLevels(Level):
 
     kind = "noise_levels"
     short = "LEVELS"
+    catalog_place = 33
     title = "several noise levels"
     further = "further noise levels"
     single = True

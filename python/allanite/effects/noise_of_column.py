@@ -37,6 +37,7 @@ class NoiseOfColumn(Level):
 
     kind = "noise_of_column"
     short = "NCOL"
+    catalog_place = 35
     title = "noise that follows"
     one_of = ("noise_of_column",)
     unplanned = "its evidence is the power over time against the column: plan a noise level change between its extremes"

@@ -51,6 +51,7 @@ class Notch(Filter):
 
     kind = "notch"
     short = "NOTCH"
+    catalog_place = 12
     title = "notch"
     family = "filter"
     parameters = (

@@ -30,6 +30,7 @@ class Outliers(Modifier):
 
     kind = "outliers"
     short = "OUT"
+    catalog_place = 38
     common = True
     title = "outliers"
     screened = "outlier"

@@ -29,6 +29,7 @@ class PeriodicNoiseLevel(Level):
 
     kind = "periodic_noise_level"
     short = "CYCLE"
+    catalog_place = 34
     title = "periodic noise level"
     single = True
     unplanned = "its evidence is the power over its phase: plan a noise level change as long as all its intervals"

@@ -32,6 +32,7 @@ class PowerLaw(Stochastic):
 
     kind = "power_law"
     short = "PL"
+    catalog_place = 18
     title = "power law"
     coefficient = "level"
     parameters = (

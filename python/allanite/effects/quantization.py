@@ -30,6 +30,7 @@ class Quantization(Stochastic):
 
     kind = "quantization"
     short = "Q"
+    catalog_place = 1
     common = True
     title = "quantization noise"
     titles: ClassVar[dict[str, str]] = {"fractional frequency": "white PM"}

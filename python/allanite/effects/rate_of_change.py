@@ -30,6 +30,7 @@ class RateOfChange(Follower):
 
     kind = "rate_of_change"
     short = "DOT"
+    catalog_place = 23
     title = "rate of change"
     parameters = (
         COLUMN,

@@ -31,6 +31,7 @@ class RateRamp(Deterministic):
 
     kind = "rate_ramp"
     short = "R"
+    catalog_place = 5
     common = True
     title = "rate ramp"
     titles: ClassVar[dict[str, str]] = {

@@ -28,6 +28,7 @@ class RateRandomWalk(Stochastic):
 
     kind = "rate_random_walk"
     short = "K"
+    catalog_place = 4
     common = True
     title = "rate random walk"
     titles: ClassVar[dict[str, str]] = {

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import math
+from collections.abc import Iterable, Iterator
 from threading import RLock
+from types import ModuleType
 from typing import TypeVar
 
 import numpy as np
@@ -11,7 +13,7 @@ import numpy as np
 from allanite.common.errors import InputError
 from allanite.common.extensions import EntryPoints
 from allanite.effects._base import Effect, Stochastic
-from allanite.effects._declared import SCREENS
+from allanite.effects._declared import SEARCH_METHODS
 from allanite.effects._known import Deterministic
 
 #: Entry-point group of effects in installed packages: ``name = "package.module:MyEffect"``.
@@ -49,6 +51,11 @@ class Catalog:
         self._installed.load()
         return self._effects[place]
 
+    @property
+    def built_in(self) -> list[type[Effect]]:
+        """List of the effects of this package, in their order."""
+        return self._effects[: self._built_in]
+
     def begin(self, *ours: type[Effect]) -> None:
         """Set the built-in effects, which come first; replaces the present ones."""
         self._effects[: self._built_in] = ours
@@ -56,7 +63,7 @@ class Catalog:
 
     def find(self, name: str) -> type[Effect] | None:
         """Effect class whose short or long name is `name`, built-in effects first; None if unknown."""
-        return _class_named(name, self._effects[: self._built_in]) or _class_named(name, list(self))
+        return _class_named(name, self.built_in) or _class_named(name, list(self))
 
     def add(self, effect: type[Effect]) -> None:
         """Add an effect class at the end, in place of one of the same module and name; errors as in `register`."""
@@ -102,12 +109,29 @@ def _require_declarations(effect: type[Effect]) -> None:
     for given in (effect.kind, effect.short):
         if not given.isidentifier():
             raise InputError(f"{name}: {given!r} cannot be used in a model string; use letters")
-    if effect.screened not in SCREENS:
-        raise InputError(f"{name}: screened = {effect.screened!r} (known: {', '.join(SCREENS)})")
+    if effect.screened not in SEARCH_METHODS:
+        raise InputError(
+            f"{name}: screened = {effect.screened!r} (known: {', '.join(SEARCH_METHODS)})"
+        )
 
 
 #: The catalog of all effects; effects of installed packages are loaded on first use.
 CATALOG = Catalog()
+
+
+def effects_in(modules: Iterable[ModuleType]) -> list[type[Effect]]:
+    """List of the effect classes that these modules define, in the order of `Effect.catalog_place`."""
+    found = [
+        effect
+        for module in modules
+        for effect in vars(module).values()
+        if isinstance(effect, type)
+        and issubclass(effect, Effect)
+        and effect.__module__ == module.__name__
+        and "kind" in vars(effect)
+    ]
+    # A subclass does not inherit the place.
+    return sorted(found, key=lambda effect: vars(effect).get("catalog_place", math.inf))
 
 
 def find(name: str) -> type[Effect] | None:

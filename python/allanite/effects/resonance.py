@@ -51,6 +51,7 @@ class Resonance(Stochastic):
 
     kind = "resonance"
     short = "RES"
+    catalog_place = 13
     common = True
     title = "resonance"
     family = "band"

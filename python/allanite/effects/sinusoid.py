@@ -41,6 +41,7 @@ class Sinusoid(Periodic):
 
     kind = "sinusoid"
     short = "SIN"
+    catalog_place = 7
     common = True
     title = "sinusoid"
     parameters = (

@@ -36,6 +36,7 @@ class ToneBurst(Tone):
 
     kind = "tone_burst"
     short = "TONE"
+    catalog_place = 9
     title = "tone burst"
     screened = "passing line"
     happens_once = True

@@ -31,6 +31,7 @@ class Transient(Event):
 
     kind = "transient"
     short = "PULSE"
+    catalog_place = 28
     title = "transient"
     family = "event"
     found_with = "bias_step"

@@ -35,6 +35,7 @@ class Transition(Event):
 
     kind = "transition"
     short = "RISE"
+    catalog_place = 29
     title = "transition"
     family = "transition"
     lasting = True

@@ -31,6 +31,7 @@ class TwoLags(Follower):
 
     kind = "two_lags"
     short = "LAGS"
+    catalog_place = 21
     title = "two lags"
     parameters = (
         COLUMN,

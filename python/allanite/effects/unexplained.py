@@ -48,6 +48,7 @@ class Unexplained(Stochastic):
 
     kind = "unexplained"
     short = "X"
+    catalog_place = 19
     title = "unexplained shape"
     screened = "none"
     coefficient = "rms"

@@ -70,6 +70,7 @@ class WanderingLine(Stochastic):
 
     kind = "wandering_line"
     short = "WLINE"
+    catalog_place = 16
     title = "wandering line"
     family = "band"
     found_with = "resonance"

@@ -36,6 +36,7 @@ class WarmUp(Deterministic):
 
     kind = "warm_up"
     short = "WARM"
+    catalog_place = 30
     common = True
     title = "warm-up"
     one_of = ("warm_up",)

@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import importlib
+import inspect
 import re
 import subprocess
 import sys
 from pathlib import Path
+from types import ModuleType
 
 import pytest
 
 import allanite as al
 from allanite.cli import main
 from allanite.deviation import ESTIMATORS
+from allanite.effects.registry import effects_in
 from allanite.exports import TARGETS
 from allanite.readers import FORMATS, text
 
@@ -40,7 +43,25 @@ def test_every_effect_and_deviation_is_in_the_lists(monkeypatch):
 
     old = [str(p) for p, text in make_lists.lists().items() if p.read_text("utf-8") != text]
     assert not old, f"run python docs/make_lists.py: {old}"
-    assert set(make_lists.effects()) <= set(al.CATALOG)
+
+
+def test_an_effect_is_one_file_with_its_place_in_the_catalog():
+    own = {
+        cls
+        for module in _modules("effects")
+        for cls in vars(module).values()
+        if inspect.isclass(cls) and cls.__module__ == module.__name__ and hasattr(cls, "kind")
+    }
+    assert own == set(al.CATALOG.built_in)
+    places = [cls.catalog_place for cls in al.CATALOG.built_in]
+    assert places == sorted(set(places))
+    assert all(getattr(al.effects, cls.__name__) is cls for cls in own)
+    new = ModuleType("new")
+    for name, place in (("Last", {}), ("First", {"catalog_place": 2.5})):
+        made = {"__module__": "new", "kind": name.lower(), **place}
+        setattr(new, name, type(name, (al.Sinusoid,), made))
+    found = effects_in([importlib.import_module("allanite.effects.rate_ramp"), new])
+    assert found == [new.First, al.RateRamp, new.Last]
 
 
 def test_new_effects_and_deviations_are_sorted_into_the_lists(monkeypatch):
