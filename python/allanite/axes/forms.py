@@ -34,15 +34,9 @@ DIFFERENCE_LEVEL = 0.05
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Agreement:
-    """Comparison of one parameter of a model form over the axes that detect the parameter.
+    """Comparison of one parameter of a model form over the `columns` that detect the parameter.
 
-    Attributes
-    ----------
-    pooled : Pooled
-        Common value in the unit of the first of the columns, and the p-value of equality.
-    columns : tuple of str
-    parameter : Parameter
-        Declaration of the parameter by its effect.
+    `pooled` has the common value in the unit of the first of the columns, and the p-value of equality.
     """
 
     pooled: Pooled
@@ -58,14 +52,8 @@ class Agreement:
 class Form:
     """Model form: random effects that every axis of a sensor detects, or cannot exclude with the values of another axis.
 
-    Attributes
-    ----------
-    model : str
-        Sum of the short names.
-    besides : mapping of str to tuple of str
-        Short names of further effects of each column; lines, drifts and outliers always count as such.
-    numbers : tuple of Agreement
-        Parameters that two or more axes detect.
+    `model` is the sum of their short names. `besides` has the short names of further effects of each column; lines,
+    drifts and outliers always count as such. `numbers` are the parameters that two or more axes detect.
     """
 
     model: str

@@ -107,10 +107,7 @@ def common_events(fits: Mapping[str, Fit]) -> tuple[CommonEvent, ...]:
 def _agreeing_groups(
     fits: Mapping[str, Fit], occurrences_of: Callable[[str, Fit], list[_Occurrence]]
 ) -> list[list[_Occurrence]]:
-    """Groups of frequencies (Hz) or times (s) on several columns that agree within their errors, lowest value first.
-
-    `occurrences_of` returns those of one column.
-    """
+    """Groups of frequencies (Hz) or times (s) on several columns that agree within their errors, lowest value first."""
     seen = sorted(
         (s for pair in fits.items() for s in occurrences_of(*pair)), key=lambda s: s.value
     )
@@ -174,10 +171,7 @@ def _event_times(column: str, fit: Fit) -> list[_Occurrence]:
 
 
 def _excursion_times(column: str, fit: Fit, effect: Deterministic) -> list[_Occurrence]:
-    """Start time in s of each excursion (temporary change of the bias) that the effect describes, if it has an error.
-
-    Empty if the amplitudes of the effect are not part of the fit.
-    """
+    """Start time in s of each excursion (temporary change of the bias) that the effect describes, if it has an error."""
     own = next(own for own in fit.solution.effects if own.effect == effect)
     out = []
     if isinstance(own, Regressed):

@@ -154,10 +154,7 @@ def improve_columns(
     waiting = list(columns)
 
     def time_share() -> float | None:
-        """Time limit in s for the column that begins now, its share of the remaining time; None without a limit.
-
-        Removes one column from `waiting`.
-        """
+        """Time limit in s for the next of the `waiting` columns, its share of the remaining time; None without a limit."""
         left = len(waiting)
         waiting.pop()
         if end is None:

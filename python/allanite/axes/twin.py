@@ -84,30 +84,13 @@ def twin(
 ) -> Twin:
     """`Twin`: simulated recording of every axis of a saved characterization, and what the simulation lacks.
 
-    The axes are simulated independently; `seed` and the number of the axis determine its noise. Each axis has the mean of
-    the measured axis and is clipped where that axis was. It is rounded to the measured step, unless its noise contains the
-    rounding. Filters, lines, drifts and steps are those of its model.
+    The axes are simulated independently; `seed` and the number of the axis determine its noise. Each axis has the mean
+    of the measured axis and is clipped where that axis was. It is rounded to the measured step, unless its noise
+    contains the rounding. Filters, lines, drifts and steps are those of its model.
 
-    Parameters
-    ----------
-    document : mapping
-        ``allanite/characterize/1``, as `Characterization.to_dict` gives and `save` writes.
-    duration, n : float, int, optional
-        Length in s, or number of samples; by default that of the measured record.
-    rate : float, optional
-        Sampling rate, Hz; by default that of the measured record.
-    seed : int
-    covariates : mapping of str to array_like of shape (n,), optional
-        Columns that the models follow (a temperature). Effects of columns that are not given are omitted.
-
-    Returns
-    -------
-    Twin
-
-    Raises
-    ------
-    InputError
-        No characterization, a length that cannot be simulated, or axes with different rates and no `rate`.
+    `document` is a `Characterization.to_dict`. The length is `duration` (s) or `n`, by default that of the measured
+    record. `covariates` are columns that the models follow, shape (n,); effects of other columns are omitted. Raises
+    `InputError` for another document, and for axes with different rates and no `rate` (Hz).
     """
     if document.get("schema") != "allanite/characterize/1":
         raise InputError(
@@ -211,10 +194,7 @@ def _without_rounding(model: Model, step: float | None, rate: float) -> tuple[Mo
 
 
 def _as_recorded(samples: Array, known: Mapping[str, Any], step: float | None) -> Array:
-    """Simulated `samples` as the sensor would record them: with its mean, rounded to `step`, and clipped.
-
-    `known` is the dict of `sample_statistics`.
-    """
+    """Simulated `samples` as the sensor of `known` (`sample_statistics`) would record them: mean, rounding and clipping."""
     out = samples + float(known.get("mean", 0.0))
     if step is not None:
         # A mean beyond all sensors gives infinite samples, which a recording refuses.

@@ -67,16 +67,9 @@ MAX_MULTIPLE = 12
 
 @dataclass(frozen=True, slots=True)
 class Line:
-    """Line in the spectrum of the working log.
+    """Line in the spectrum of the working log: `frequency` in Hz, `rms` in the unit of the samples.
 
-    Attributes
-    ----------
-    frequency : float
-        Hz.
-    rms : float
-        Unit of the samples.
-    multiple, base : int, float
-        The line is the (aliased) harmonic of this order of the base frequency (Hz); 1 and 0 for a line without a base.
+    The line is the (aliased) harmonic of the order `multiple` of the frequency `base` (Hz); 1 and 0 without a base.
     """
 
     frequency: float

@@ -34,14 +34,9 @@ MAX_ROUNDS = 30
 
 @dataclass(frozen=True, slots=True)
 class Form:
-    """Form of the thermal law: highest power of the temperature, and kind of memory.
+    """Form of the thermal law: highest `power` of the temperature, 0 to 3, and kind of `memory`.
 
-    Attributes
-    ----------
-    power : int
-        Highest power of the temperature, 0 to 3.
-    memory : str
-        ``"none"``, ``"lag"``, ``"hysteresis"`` or ``"rate"``.
+    The memory is ``"none"``, ``"lag"``, ``"hysteresis"`` or ``"rate"``.
     """
 
     power: int

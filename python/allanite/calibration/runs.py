@@ -63,10 +63,7 @@ class Runs:
         return self.recording.covariates[self.column]
 
     def averaged(self, most: int) -> Runs:
-        """Copy in which neighboring samples of a log are averaged, so that at most `most` remain; `self` if it has no more.
-
-        In the copy, `rounding` is zero.
-        """
+        """Copy with averages of neighboring samples of a log, at most `most`, and zero `rounding`; may be `self`."""
         k = -(-self.recording.n // most)
         if k < 2:
             return self

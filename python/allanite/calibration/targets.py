@@ -68,20 +68,14 @@ class _Triad:
 
 
 def render(found: ThermalCalibration, target: str) -> str:
-    """Text of a parameter file in a format of `TARGETS`.
-
-    Raises `InputError` if the target is unknown, or the calibration has no axis of a sensor that it has parameters for.
-    """
+    """Text of a parameter file in a format of `TARGETS`; raises `InputError` if it has no parameters for these axes."""
     if target not in TARGETS:
         raise InputError(f"unknown format {target!r}; known formats: {', '.join(TARGETS)}")
     return TARGETS[target](found)
 
 
 def _triads(found: ThermalCalibration, kind: str, most: int, consumer: str) -> list[_Triad]:
-    """One `_Triad` per sensor of this kind in the order of the log; axes of one sensor differ only in the letter x, y or z.
-
-    Raises `InputError` for more than `most` sensors.
-    """
+    """One `_Triad` per sensor of this kind in the order of the log; its axes differ only in the letter x, y or z."""
     groups: dict[str, dict[str, AxisLaw]] = {}
     for axis in found:
         if parse_unit(axis.unit).kind == kind:

@@ -217,10 +217,7 @@ def thermal(
 
 
 def _axis_law(runs: Runs, tried: tuple[Tried, ...], noise: Model) -> AxisLaw:
-    """`AxisLaw`: the best form of `tried`, fitted again to all samples, and the errors left after correction.
-
-    The first of `tried`, the constant form, gives the error growth before correction.
-    """
+    """`AxisLaw`: the best form of `tried`, fitted again to all samples, and the errors before and after correction."""
     best = chosen(tried)
     shapes = {type(e): {n: e.values[n] for n in e.free_shapes} for e in law_of(best.fit)}
     effects: list[Deterministic] = [

@@ -90,13 +90,8 @@ class Stop(threading.Event):
 class Rows:
     """Samples of consecutive rows.
 
-    Attributes
-    ----------
-    samples : ndarray, shape (n,)
-    position : dict or None
-        Position in the file after these rows; None unless the source is a file.
-    follows : bool
-        Whether the first sample directly follows the last sample of the previous rows.
+    `position` is that in the file after these rows, None for other sources. `follows` is True if the first sample
+    directly follows the last sample of the previous rows.
     """
 
     samples: NDArray[np.float64]
@@ -106,18 +101,10 @@ class Rows:
 
 @dataclass(frozen=True, slots=True)
 class _Block:
-    """Bytes of a source.
+    """Bytes of a source; none if no bytes have arrived since the last block.
 
-    Attributes
-    ----------
-    data : bytes
-        Empty if no bytes have arrived since the last block.
-    begins_at : int or None
-        Position in the file at which reading begins anew; None if the block continues the previous block.
-    follows : bool
-        Whether the rows directly follow the previous rows.
-    head : bytes
-        First lines of the file, if reading begins behind them.
+    `begins_at` is the position in the file at which reading begins anew; None if the block continues the previous one.
+    `follows` is as in `Rows`. `head` are the first lines of the file, if reading begins behind them.
     """
 
     data: bytes
@@ -275,10 +262,7 @@ class _Lines:
                 self._add_sample(line)
 
     def _add_sample(self, line: bytes) -> None:
-        """Append the number in the watched column of a line, if it has one, and move the position behind the line.
-
-        After an `InputError`, the position is still before the line.
-        """
+        """Append the number in the watched column of a line, if it has one, and then move the position behind the line."""
         assert self.column is not None
         with about(self.name):
             value = sample_of(_text_of(line), self.column.index, self.column.delimiter)

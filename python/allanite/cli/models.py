@@ -55,10 +55,7 @@ def _scaled_effect(effect: Effect, factor: float) -> Effect:
 
 
 def models_of(text: str, unit: str | None = None, rate: float | None = None) -> list[NamedModel]:
-    """Models from a model string (one model) or from a file (one per axis).
-
-    `unit` and `rate` (Hz) are those of a model that states none.
-    """
+    """Models from a model string (one) or a file (one per axis); `unit` and `rate` (Hz) are used if it states none."""
     from allanite.effects.files import model_from_dict
     from allanite.sources import documents_of
 

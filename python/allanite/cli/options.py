@@ -404,10 +404,7 @@ def read_columns(
 
 
 def _without_locked(path: str, columns: list[Recording]) -> list[Recording]:
-    """The columns without those in which one quantization code makes up 95 % of the samples or more; prints a note on each.
-
-    Raises `TooShortError` if no column is left.
-    """
+    """The columns (at least one) of which no quantization code makes up 95 % of the samples; notes on the others."""
     from allanite.fit.locked import locked_error
 
     errors = [locked_error(column) for column in columns]
@@ -452,10 +449,7 @@ def read_recordings(
     options: LogOptions,
     check_columns: Callable[[Sequence[Recording]], None] | None = None,
 ) -> list[Recording]:
-    """One `Recording` for each sampling rate of a log, after --trim, --decimate and --output-unit and their checks.
-
-    `check_columns` gets the recordings as they were read and may raise an error.
-    """
+    """One `Recording` for each sampling rate of a log, as `read_recording`; `check_columns` gets them as they were read."""
     from allanite.readers import read_sensors
 
     with log_file(path) as file, errors_name_input(file, path):

@@ -35,20 +35,9 @@ INPUT = "input.sha256"
 class RunFolder:
     """Output folder of a characterization: files of each axis and of all axes, and models of earlier runs.
 
-    Parameters
-    ----------
-    path : Path
-        Created if it is missing.
-    targets : iterable of str
-        Targets of the parameter files, which are written for each axis and for all axes together.
-    how : mapping
-        Options of `allanite.exports.export`.
-    options : str
-        Text of all other options on which the models depend.
-    working : sequence of Recording
-        Logs with motors running, which the parameter files follow.
-    turn_on : mapping of str to TurnOn
-        Bias at switch-on of each column, if there are further logs.
+    `targets` are those of the parameter files, and `how` the options of `allanite.exports.export`. `options` is the
+    text of all other options on which the models depend. `working` are logs with motors running, which the parameter
+    files follow; `turn_on` has the bias at switch-on of each column, if there are further logs.
     """
 
     def __init__(
@@ -94,10 +83,7 @@ class RunFolder:
         return saved
 
     def write(self, study: Study) -> None:
-        """Write the model, table, parameter files and input digest of one axis to its folder; add its name to `finished`.
-
-        A format that needs several axes gets no file.
-        """
+        """Write the model, table, parameter files and input digest of one axis to its folder, and note it as `finished`."""
         from allanite.axes.twin import sample_statistics
         from allanite.axes.working import working_states
         from allanite.exports import export
@@ -138,10 +124,7 @@ class RunFolder:
             raise
 
     def finish(self, found: Characterization) -> list[str]:
-        """Write the models, figure, report and parameter files of all axes; returns the written paths.
-
-        Prints a warning for each file that could not be made, and goes on.
-        """
+        """Write the models, figure, report and parameter files of all axes, or warnings; returns the written paths."""
         texts = {self.path / MODELS: json_text(found.to_dict()) + "\n"}
         axes = axes_of(found) if self.targets else []
         for target in self.targets:

@@ -71,15 +71,9 @@ MIN_SPREAD, MAX_SPREAD, SPREAD_RATIO = 0.3, 3.0, 2.0
 
 @dataclass(frozen=True, eq=False)
 class PhaseModels:
-    """Noise models of a phase that were fitted with the same known functions.
+    """Noise models of a phase that were fitted with the same known functions; with `drifts`, the last one is the drift.
 
-    Attributes
-    ----------
-    fits : sequence of FittedNoise
-    series : StampedSeries
-        The phase that was fitted, and the known functions; its times are relative to the last sample, s.
-    drifts : bool
-        True if the last known function is the drift.
+    `series` is the phase that was fitted, and the known functions; its times are relative to the last sample, s.
     """
 
     fits: Sequence[FittedNoise]

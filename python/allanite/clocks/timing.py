@@ -438,16 +438,9 @@ def _steered_phase(column: Recording, name: str, scale: float, times: Array) -> 
 class _PhaseFit:
     """Fit of a phase: the noise, and amplitudes of offset, frequency, drift, temperature and jumps.
 
-    Attributes
-    ----------
-    models : (PhaseModels, PhaseModels)
-        Fits without and with a drift.
-    drifts : bool
-        True if the drift is detected.
-    functions : tuple of str
-        Names of the known functions; the last one is the drift.
-    errors, freedom : ndarray, shape (k,)
-        Standard errors of the amplitudes of `names`, and degrees of freedom.
+    `models` are the fits without and with a drift, and `drifts` is True if it is detected. `functions` are the names of
+    the known functions; the last one is the drift. `errors` and `freedom` are the standard errors of the amplitudes of
+    `names`, and their degrees of freedom.
     """
 
     models: tuple[PhaseModels, PhaseModels]
@@ -602,10 +595,7 @@ def _estimate(name: str, value: float, error: float, freedom: float, unit: str) 
 
 
 def _verdict_text(verdict: Verdict, duration: float) -> str:
-    """Line of text about one limit of a mask: ``G.8272-A tdev: passes: 1.2 ns at τ = 10 s, limit 3 ns``.
-
-    `duration` (s) is the length of the record.
-    """
+    """Line of text about one limit of a mask: ``G.8272-A tdev: passes: 1.2 ns at τ = 10 s, limit 3 ns``."""
     head = f"{verdict.mask} {verdict.kind}: {verdict.result}"
     if verdict.measured is None or verdict.limit is None:
         return f"{head}: the mask needs a record of {duration_text(verdict.needs)}"

@@ -158,10 +158,7 @@ def _verdict_on_deviation(mask: str, kind: str, limit: Limit, phase: Array, rate
 
 
 def _measured_deviation(kind: str, limit: Limit, phase: Array, rate: float) -> Deviation:
-    """TDEV or MTIE of a phase (s) at ten τ per decade in the range of the limit, and where its formula changes.
-
-    Raises `TooShortError` if no averaging time of the limit fits into the record.
-    """
+    """TDEV or MTIE of a phase (s) at ten τ per decade in the range of the limit, and where its formula changes."""
     estimator = getattr(deviation, kind)
     low, high = limit.span
     longest = phase.size / (3.0 if kind == "tdev" else 1.0)
@@ -179,10 +176,7 @@ def _measured_deviation(kind: str, limit: Limit, phase: Array, rate: float) -> D
 
 
 def low_pass_filtered(phase: Array, rate: float, cutoff: float) -> Array:
-    """Phase after a first-order low-pass filter with this cutoff (Hz).
-
-    Missing samples are interpolated for the filter and stay missing.
-    """
+    """Phase after a first-order low-pass filter with this cutoff (Hz), which interpolates missing samples."""
     there = np.isfinite(phase)
     return np.where(there, lagged(bridge_gaps(phase), rate / (2.0 * np.pi * cutoff)), np.nan)
 

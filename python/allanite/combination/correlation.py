@@ -50,10 +50,7 @@ class Correlation:
 
 
 def correlations(boards: Sequence[Mapping[int, Fit]]) -> tuple[Correlation, ...]:
-    """Correlation of the noise over frequency, for each pair of units on one board with a significant octave.
-
-    `boards` has the fits of the units on each board by index. Units on one board were sampled together.
-    """
+    """Correlation of the noise over frequency, for each pair of units on one board with a significant octave."""
     found = []
     for board in boards:
         named = {str(place): fit for place, fit in board.items()}

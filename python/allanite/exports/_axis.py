@@ -186,10 +186,7 @@ class Axis:
         return self.scale**2 * self._sum_largest_curves(lambda m: m.psd(f, rate), np.zeros(f.shape))
 
     def _sum_largest_curves(self, curve: Callable[[Model], Array], total: Array) -> Array:
-        """`total` plus, for each random process, the elementwise maximum of ``curve(model)`` over its models in `corners`.
-
-        White noise is at the level of the loudest segment.
-        """
+        """`total` plus, for each random process, the elementwise maximum of ``curve(model)`` over `corners`."""
         for forms in self.corners:
             total = total + np.maximum.reduce(
                 [curve(_at_loudest_level(form, self.span)) for form in forms]
@@ -277,10 +274,7 @@ def _axis_of_model(found: AxisModel) -> Axis:
 
 
 def _effects_at_interval_ends(fitted: FittedEffect) -> list[Effect]:
-    """Copies of an effect at its upper limit, with all combinations of fitted values and interval ends of its free shapes.
-
-    The first copy has the fitted shapes.
-    """
+    """Copies of an effect at its upper limit: all combinations of fitted values (first) and interval ends of its shapes."""
     found = [fitted.upper]
     for name in fitted.effect.free_shapes:
         ends = [end for end in fitted.parameter(name).interval if end is not None]

@@ -33,19 +33,8 @@ Interval = tuple[float | None, float | None]
 class FittedParameter:
     """Value and uncertainty of one parameter of an effect; by default, nothing is known.
 
-    Attributes
-    ----------
-    value : float, str, list or None
-        Fitted value; a list for a parameter with several numbers, and a text for the name of a column. Only a single number
-        has an interval.
-    std_error : float or None
-        Standard error.
-    interval : (float or None, float or None)
-        Ends of the 95 % interval.
-    detected : bool
-        False if the parameter was not detected; the upper end of its interval is then an upper limit.
-    unit : str
-        Unit of the numbers; empty if it is not stated.
+    `value` is a list for a parameter with several numbers, and a text for the name of a column. Only a single number
+    has a 95 % `interval`, whose ends may be None. If the parameter was not `detected`, the upper end is an upper limit.
     """
 
     value: float | str | list[float] | None = None
@@ -86,19 +75,10 @@ class FittedParameter:
 
 @dataclass(frozen=True, slots=True)
 class FittedEffect:
-    """One effect of a model with the uncertainty of its parameters.
+    """One effect of a model, with its fitted values and the uncertainty of its parameters, by name.
 
-    Attributes
-    ----------
-    effect : Effect
-        The effect with its fitted values.
-    label : str
-        Label of the effect in its model.
-    parameters : mapping of str to FittedParameter
-    over_rivals : mapping of str to (float or None, float or None)
-        Parameters → ends of the interval that also covers alternative models of the log.
-    rivals : tuple of str
-        Kinds of the effects in these alternative models that take the place of this effect.
+    `over_rivals` has the ends of the intervals that also cover alternative models of the log. `rivals` are the kinds of
+    the effects in these models that take the place of this effect.
     """
 
     effect: Effect
@@ -119,10 +99,7 @@ class FittedEffect:
 
     @property
     def upper(self) -> Effect:
-        """The effect with the largest upper limit of its coefficient, alternative models of the log included.
-
-        The effect itself if it is not random, or has no upper end.
-        """
+        """The effect with the largest upper limit, if any, of its coefficient, over alternative models of the log, too."""
         end = self._upper_end
         if end is None or not isinstance(self.effect, Stochastic):
             return self.effect
@@ -152,31 +129,11 @@ class FittedEffect:
 class AxisModel:
     """Model of one axis with the uncertainty of its parameters, and what its source states about the record.
 
-    Attributes
-    ----------
-    model : Model
-    effects : tuple of FittedEffect
-        The effects of the model, in its order.
-    correlations : mapping of (str, str) to float
-        Correlation of the estimates of each pair of parameters, in both orders; empty if unknown.
-    unit : str
-        Unit of the samples.
-    name, path : str
-        Name of the column, and file of the log, as one line of safe text; the name of the source if unknown.
-    rate, duration : float or None
-        Sampling rate, Hz, and length of the record, s.
-    warning : str
-        Reason not to trust the model: the fit is not adequate. Empty if the fit is adequate.
-    assumptions, notes : tuple of str
-        Sentences about the numbers.
-    turn_on : mapping or None
-        Bias at switch-on, as in `allanite.axes.turn_on.TurnOn.to_dict`.
-    mean : float or None
-        Mean of the samples, in their unit.
-    references : mapping of str to float
-        Reference value of each logged column that the model uses.
-    entries : sequence of mapping
-        The effects in the form of the source, to be written to JSON files.
+    `effects` are in the order of the model. `correlations` has each pair of parameters in both orders; empty if
+    unknown. `name` and `path` of the log are one line of safe text. `rate` is in Hz, `duration` in s. `warning` is a
+    reason not to trust the model, or empty. `turn_on` is `allanite.axes.turn_on.TurnOn.to_dict`. `mean` is that of the
+    samples. `references` has the reference value of each logged column that the model uses. `entries` are the effects
+    in the form of the source, to be written to JSON files.
     """
 
     model: Model
@@ -245,10 +202,7 @@ def axis_model_of(document: Mapping[str, Any], unit: str | None, source: str) ->
 
 
 def model_of_expected_size(document: Mapping[str, Any], model: Model, *, overbound: bool) -> Model:
-    """Copy of a model in which a coefficient that was not detected is 0.64 times its limit; with `overbound`, upper limits.
-
-    Without intervals in the document, the values are unchanged.
-    """
+    """Copy of a model with 0.64 times the limit of undetected coefficients; with `overbound`, with all upper limits."""
     with invalid_as_input_error("the intervals do not have the format of a fit"):
         effects = _fitted_effects(model, document.get("effects") or [{}] * len(model))
     return Model(tuple(one.upper if overbound else one.expected for one in effects))

@@ -56,18 +56,9 @@ EXPECTED_SIZE = "its expected size (0.64 of its 95 % limit)"
 class Quality:
     """Comparison of the numbers of a file with a model.
 
-    Attributes
-    ----------
-    ratio, tau : float
-        Allan deviation of the numbers divided by that of the model, where the ratio is farthest from 1, and τ in s.
-    nees : float
-        Largest NEES of a bias filter with these numbers, from a tenth of the horizon on.
-    at : float
-        Coasting time of `nees`, s.
-    early : float
-        Largest NEES below a tenth of the horizon; 0 if no time is tried there.
-    at_horizon : float
-        NEES at the horizon.
+    `ratio` is the Allan deviation of the numbers over that of the model at the `tau` (s) where it is farthest from 1.
+    `nees` is the largest NEES of a bias filter with these numbers from a tenth of the horizon on, after coasting for
+    `at` s; `early` is the largest one before (0 if no time is tried there).
     """
 
     ratio: float
@@ -350,10 +341,7 @@ def _nees_of(target: FollowedModel, choice: NoiseParameters) -> Array:
 def _remarks_on_numbers(
     target: FollowedModel, N: float, name: str, value: float, fitted: float
 ) -> tuple[tuple[str, str], ...]:
-    """Pairs (name, remark) that compare the written N and slow coefficient `name` with the fitted N and K.
-
-    `fitted` is the fitted K, or 0 without one.
-    """
+    """Pairs (name, remark) that compare the written N and slow coefficient `name` with the fitted ones."""
     last = f"{target.horizon:.4g} s"
     words = {}
     if not target.white > 0.0:

@@ -50,10 +50,7 @@ def _axis_with_largest(
 
 
 def largest_number(pairs: Sequence[tuple[Axis, NoiseParameters]], name: str) -> tuple[float, str]:
-    """Pair (value, remark): the largest N or K (`name`) of the axes, and a text that names the axis with this value.
-
-    Raises `InputError` unless the value is positive.
-    """
+    """Pair (value, remark): the largest N or K (`name`) of the axes, and a text that names the axis with this value."""
     axis, choice = _axis_with_largest(pairs, name)
     value = getattr(choice, name)
     if not value > 0.0:

@@ -21,10 +21,7 @@ POINTS_PER_DECADE, POINTS_PER_BAND = 48, 65
 
 
 def overbound_walk(axis: Axis) -> NoiseParameters:
-    """`NoiseParameters` with the smallest N and K whose Allan variance and density cover the upper limits of an axis.
-
-    If no K is needed, K is negligibly small.
-    """
+    """`NoiseParameters` with the smallest N and K whose Allan variance and density cover the upper limits of an axis."""
     limits = _Limits(axis)
     white, slow = limits.smallest(random_walk_effect(1.0))[0]
     if slow > 0.0:

@@ -36,17 +36,10 @@ def numbers_in_xyz(
 
 @dataclass(frozen=True, slots=True)
 class Triads:
-    """Numbers of a gyroscope and an accelerometer for x, y and z.
+    """Numbers of a gyroscope and an accelerometer for x, y and z, and all axes with their parameters, gyroscopes first.
 
-    Attributes
-    ----------
-    pairs : list of (Axis, NoiseParameters)
-        All axes with their parameters, gyroscopes first.
-    numbers : dict of str to dict of str to tuple
-        Label of the sensor → attribute of `NoiseParameters` → its values for x, y and z. A sensor without axes is left
-        out.
-    remarks : list of str
-        Texts on axes without an own model. Each begins with the label of its sensor.
+    `numbers` maps the label of a sensor to a dict from an attribute of `NoiseParameters` to its values for x, y and z.
+    `remarks` are texts on axes without an own model; each begins with the label of its sensor.
     """
 
     pairs: list[tuple[Axis, NoiseParameters]]
@@ -60,10 +53,7 @@ def triads_of(
     choose: Callable[[Axis], NoiseParameters],
     names: Sequence[str],
 ) -> Triads:
-    """`Triads` with the attributes `names` of the `NoiseParameters` that ``choose(axis)`` returns for each axis.
-
-    `labels` are the names of the gyroscope and of the accelerometer in the file.
-    """
+    """`Triads` with the attributes `names` of the `NoiseParameters` that ``choose(axis)`` returns for each axis."""
     found = Triads([], {}, [])
     for own, label in zip(gyro_and_accel_axes(axes), labels, strict=True):
         if own:

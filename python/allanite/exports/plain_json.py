@@ -12,10 +12,7 @@ from allanite.exports._target import Target
 
 
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
-    """JSON text ``allanite/parameters/1`` with the N, B, K, … of each axis (two-sided densities), and all its effects.
-
-    With `overbound`, each axis also has an N and K that cover the upper limits of its model.
-    """
+    """JSON text ``allanite/parameters/1`` with the N, B, K, … of each axis (two-sided densities), and all its effects."""
     document = {
         "schema": "allanite/parameters/1",
         "version": _kernels.version(),

@@ -28,10 +28,7 @@ EXAMPLE = "N(N=1e-4)+B(B=2e-5)+K(K=2e-7)+GM(q_c=3e-5,correlation_time=20)+SIN(fr
 
 
 def carry_out(tab: Tab, request: Any) -> None:
-    """Carry out the action ``request["do"]`` that the browser requests.
-
-    Raises `InputError` with one line for the user if the action is unknown or not possible now.
-    """
+    """Carry out the action ``request["do"]`` of the browser, or raise `InputError` with one line for the user."""
     if not isinstance(request, dict):
         raise InputError("an action must be a JSON object")
     action = _ACTIONS.get(str(request.get("do")))

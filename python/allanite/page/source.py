@@ -198,10 +198,7 @@ def merged_segments(stretches: Iterable[Segment]) -> tuple[Segment, ...]:
 
 
 def part_of(whole: Recording, span: Segment | None, out: tuple[Segment, ...]) -> Recording:
-    """`Recording` of the part `span` of a log without the segments `out`, in s from its start; None is the whole log.
-
-    Excluded segments become missing samples, so that time stays continuous.
-    """
+    """`Recording` of the part `span` (s; None is all) of a log, in which the samples of the segments `out` are missing."""
     part = whole if span is None else whole.trim(*span)
     begin = 0.0 if span is None else max(span[0], 0.0)
     if out:

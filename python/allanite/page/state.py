@@ -165,10 +165,7 @@ def _is_sensor(name: str) -> bool:
 
 
 def _column_state(tab: Tab, step: Step | None) -> str:
-    """State of a column: ``new``, ``fitted`` (not yet checked), ``adequate``, ``within`` or ``fails``.
-
-    ``within`` is not adequate, but within the tolerance.
-    """
+    """State of a column: ``new``, ``fitted`` (not checked), ``adequate``, ``within`` (the tolerance) or ``fails``."""
     if step is None:
         return "new"
     if step.study is None:
@@ -271,10 +268,7 @@ def _excluded_text(work: Work) -> str:
 
 
 def _recording_record(tab: Tab) -> dict[str, Any]:
-    """Dict that describes the open recording: columns, units, duration, analyzed part, and findings of its audit.
-
-    ``audit`` is empty until the audit is finished (``audited``).
-    """
+    """Dict that describes the open recording: columns, units, duration, analyzed part, findings of its audit if done."""
     now = tab.work
     column, whole = tab.log, now.recording
     every = whole.audit if now.audited else []

@@ -75,10 +75,7 @@ def _model_document(fit: Fit) -> dict[str, Any]:
 
 
 def open_study(tab: Tab, document: Any) -> None:
-    """Start a job that fits the models of a saved study to the open log, column by column and step by step.
-
-    Raises `InputError` if the document is not a study, is damaged or belongs to other columns; or if no log is open.
-    """
+    """Start a job that fits the models of a saved study to the open log, column by column and step by step."""
     if not isinstance(document, dict) or document.get("schema") != SCHEMA:
         raise InputError("Not a study: choose a JSON file saved from this page")
     work = tab.work

@@ -155,10 +155,7 @@ class Tab(TabState):
         )
 
     def improve(self, columns: Sequence[int] | None = None) -> None:
-        """Start a job that improves the model of the current column, or of `columns` one by one, until no change helps.
-
-        Without `columns`, the job fails with a message if no change helps.
-        """
+        """Start a job that improves the models of `columns`, or of the current one (then an error if no change helps)."""
         work_on = [self.column] if columns is None else list(columns)
         if columns is None:
             _ = self.step
@@ -259,10 +256,7 @@ class Tab(TabState):
         return True
 
     def _undo_or_redo(self, by: int, otherwise: str) -> None:
-        """Undo (`by` = −1) or redo (+1) a change of the model, or else a selection of a part of the log; cancels a job.
-
-        Raises `InputError` with the message `otherwise` if there is nothing to undo or redo.
-        """
+        """Undo (`by` = −1) or redo (+1) a change of the model, or else a selection of a part of the log; cancels a job."""
         with self.lock:
             if self.busy:
                 self.cancel()

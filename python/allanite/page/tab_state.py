@@ -163,10 +163,7 @@ class TabState:
 
     @contextmanager
     def changing(self, job: Job) -> Iterator[None]:
-        """Context manager in which a job changes the state of the tab; holds the lock and then increases `version`.
-
-        Raises `Ended` if the job was canceled.
-        """
+        """Context manager in which a job changes the state of the tab; holds the lock and then increases `version`."""
         with self.lock, job.uncancelable():
             yield
             self.version += 1
@@ -179,10 +176,7 @@ class TabState:
             self.version += 1
 
     def append_step(self, job: Job, step: Step, column: int) -> None:
-        """Add `step` after the current step of a column, and make it the current one; later steps are dropped.
-
-        Raises `Ended` if the job was canceled.
-        """
+        """Add `step` after the current step of a column, and make it the current one; later steps are dropped."""
         cache_results(step.fit)
         with self.changing(job):
             column_steps = self.board.columns[column]

@@ -71,10 +71,7 @@ def power_text(exponent: int, plain: bool, mantissa: int = 1) -> str:
 
 
 def linear_axis(label: str, low: float, high: float, ticks: int = 5, reverse: bool = False) -> Axis:
-    """Linear `Axis` from `low` to `high` with about `ticks` ticks at most, at multiples of 1, 2 or 5 times a power of ten.
-
-    Equal ends are moved apart.
-    """
+    """Linear `Axis` from `low` to `high` with at most about `ticks` ticks, at multiples of 1, 2 or 5·10ᵏ."""
     if not high > low:
         low, high = low - 0.5, high + 0.5
     raw = (high - low) / ticks

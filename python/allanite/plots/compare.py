@@ -28,8 +28,20 @@ def plot_compare(
 ) -> Figure:
     """`Figure` of several Allan deviations: recordings as points with 95 % intervals, models and data sheets as lines.
 
-    `curves` is a result of `allanite.compare`, or objects with ``name, kind, unit, tau, deviation, low, high``. Other
-    kinds of sensors have their own panel below. The figure is written to `path` (SVG, PNG or PDF) if given.
+    Parameters
+    ----------
+    curves : Curves or sequence of Curve
+        Result of `allanite.compare`, or objects with ``name, kind, unit, tau, deviation, low, high``. Curves are
+        converted to the unit of the first one; other kinds of sensors have their own panel below, over the same τ.
+    path : str or Path, optional
+        SVG, PNG or PDF, written if given.
+    theme : {"light", "dark"}
+    title : str
+
+    Raises
+    ------
+    InputError
+        Another suffix, a folder that does not exist, matplotlib not installed.
     """
     items = tuple(getattr(curves, "curves", curves))
     named = list(dict.fromkeys(c.name for c in items))

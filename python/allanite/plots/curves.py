@@ -60,17 +60,10 @@ MIN_LOG_CHANGE = 0.1
 
 @dataclass(frozen=True, slots=True)
 class ComponentStyle:
-    """Style and label with which an effect of a model is drawn.
+    """Style and label with which the effect at index `place` of a model is drawn.
 
-    Attributes
-    ----------
-    color, dash, label : str
-    place : int
-        Index of the effect in the model.
-    frequency : float or None
-        Frequency of a spectral line in Hz.
-    limit : float or None
-        Upper 95 % limit of the coefficient of a noise process that is not detected, with which the effect is drawn.
+    `frequency` (Hz) is that of a spectral line. `limit` is the upper 95 % limit of the coefficient of a noise process
+    that is not detected, with which the effect is drawn.
     """
 
     color: str
@@ -392,10 +385,7 @@ def _effect_marks(grid: _SpectrumGrid) -> list[Mark]:
 
 
 def _points_before_removal(grid: _SpectrumGrid, measured: Array) -> list[Points]:
-    """At most one `Points`: spectrum before the model's known functions of time (lines, steps) were removed.
-
-    Points are drawn only where this density differs from `measured`, the density after the removal, by over 10 %.
-    """
+    """At most one `Points`: spectrum before the removal of known functions of time, where over 10 % off `measured`."""
     if not grid.fit.model.deterministic:
         return []
     raw = grid.point_densities(grid.fit.data.bins.power(grid.fit.data.ordinates))

@@ -43,7 +43,19 @@ def plot_deviation(
 ) -> Figure:
     """`Figure`: a deviation over averaging time, with its interval if known, on logarithmic axes.
 
-    The subtitle names the `recording`. The figure is written to `path` (SVG, PNG or PDF) if given.
+    Parameters
+    ----------
+    deviation : Deviation
+    path : str or Path, optional
+        SVG, PNG or PDF, written if given.
+    theme : {"light", "dark"}
+    recording : Recording, optional
+        Named in the subtitle.
+
+    Raises
+    ------
+    InputError
+        Another suffix, a folder that does not exist, matplotlib not installed.
     """
     deviation = in_figure_unit(deviation)
     points = deviation_points(deviation, "measured", "estimate")
@@ -212,7 +224,19 @@ def plot_dynamic(
 ) -> Figure:
     """`Figure`: overlapping Allan deviation of windows along the record, over time, with a line for each of up to six τ.
 
-    The figure is written to `path` (SVG, PNG or PDF) if given.
+    Lines are interrupted where a value is NaN. With at most 80 windows, each value is also a point.
+
+    Parameters
+    ----------
+    dynamic : DynamicDeviation
+    path : str or Path, optional
+        SVG, PNG or PDF, written if given.
+    theme : {"light", "dark"}
+
+    Raises
+    ------
+    InputError
+        Another suffix, a folder that does not exist, matplotlib not installed.
     """
     half = 0.5 * dynamic.window
     low, high = float(dynamic.time[0]) - half, float(dynamic.time[-1]) + half

@@ -32,7 +32,22 @@ if TYPE_CHECKING:
 def plot_fit(fit: Fit, path: str | Path | None = None, theme: str = "light") -> Figure:
     """`Figure`: Allan deviation and spectrum with the model, its band and its effects; residuals in σ below each.
 
-    The figure is written to `path` (SVG, PNG or PDF) if given.
+    Parameters
+    ----------
+    fit : Fit
+    path : str or Path, optional
+        SVG, PNG or PDF, written if given.
+    theme : {"light", "dark"}
+
+    Returns
+    -------
+    Figure
+        The figure as data; notebooks display it.
+
+    Raises
+    ------
+    InputError
+        Another suffix, a folder that does not exist, matplotlib not installed.
     """
     figure = _fit_figure(fit)
     return figure.saved(path, theme)
@@ -41,8 +56,9 @@ def plot_fit(fit: Fit, path: str | Path | None = None, theme: str = "light") -> 
 def plot_check(check: Check, path: str | Path | None = None, theme: str = "light") -> Figure:
     """`Figure` as from `plot_fit`, with ranges shaded in which the model fails, and the strongest missing effect named.
 
-    Panels on the right show the samples over time if the model fails at some time, or if a missing effect is a function
-    of time; a logged column that this effect follows is drawn below.
+    Panels on the right show the samples over time if the model fails at some time. They also do if a missing effect is
+    a function of time; a logged column that this effect follows is drawn below. The figure is written to `path` (SVG,
+    PNG or PDF) if given. Raises `InputError` if this is not possible.
     """
     fit = check.fit
     spans = spectrum_spans(fit, check.where.worst_frequency)
@@ -58,10 +74,7 @@ def _fit_figure(
     lines: Sequence[float] = (),
     more: tuple[Panel, ...] = (),
 ) -> Figure:
-    """`Figure` of a fit with shaded ranges of τ and frequency, and single ordinates at `lines` (Hz).
-
-    The panels `more` are in a third column.
-    """
+    """`Figure` of a fit with shaded ranges of τ and frequency, single ordinates at `lines` (Hz), and `more` panels."""
     panels = (*allan_panels(fit, tau), *spectrum_panels(fit, 1, frequency, lines), *more)
     figure = Figure(
         f"{recording_text(fit.recording)} · model {fit.model.name}",

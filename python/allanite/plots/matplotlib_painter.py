@@ -67,26 +67,13 @@ BELOW, AREA, GUIDE, LINE, POINT, WORDS = 0.5, 1.0, 1.5, 2.5, 3.0, 4.0
 
 @dataclass(frozen=True, slots=True)
 class Style:
-    """Layout of a figure for a medium.
+    """Layout of a figure for a medium, in inches and points.
 
-    Attributes
-    ----------
-    width : float
-        Width in inches.
-    height : float
-        Height in inches; with `column`, of a row of panels with unit height.
-    column : bool
-        True to place all panels below each other, without title and subtitle.
-    points : float or None
-        Size of all letters; None for the sizes on the screen.
-    strokes : float
-        Widths of lines and sizes of points relative to those on the screen.
-    brief : bool
-        True to omit the table, and to label the axis of a strip of residuals by its unit alone.
-    bars : int or None
-        Maximum number of panels with bars; None for all. Curves need the space in a column or on a slide.
-    dpi : int
-        Pixels per inch of a PNG.
+    With `column`, all panels are below each other, without title and subtitle, and `height` is that of a row of panels
+    with unit height. `points` is the size of all letters, None for those on the screen; `strokes` are widths of lines
+    and sizes of points relative to the screen. `brief` omits the table, and labels a strip of residuals by its unit
+    alone. `bars` is the maximum number of panels with bars: curves need the space in a column or on a slide. `dpi` is
+    that of a PNG.
     """
 
     width: float = WIDTH

@@ -40,7 +40,24 @@ def plot_recording(
 ) -> Figure:
     """`Figure`: samples over time, one panel per column: range and mean of short segments; gaps interrupt the lines.
 
-    `segments` is the number of segments of the time axis. The figure is written to `path` (SVG, PNG or PDF) if given.
+    Parameters
+    ----------
+    recording : Recording
+    path : str or Path, optional
+        SVG, PNG or PDF, written if given.
+    theme : {"light", "dark"}
+    segments : int
+        Number of segments of the time axis.
+
+    Returns
+    -------
+    Figure
+        The figure as data; notebooks display it.
+
+    Raises
+    ------
+    InputError
+        Another suffix, a folder that does not exist, matplotlib not installed.
     """
     columns = list(recording)
     panels = tuple(

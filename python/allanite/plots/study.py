@@ -30,7 +30,21 @@ TITLE, LEGEND, LINES = 92, 32, 31
 def plot_study(study: Study, path: str | Path | None = None, theme: str = "light") -> Figure:
     """`Figure`: errors of each step, and the Allan deviation and the spectrum with the first and the last model.
 
-    The figure is written to `path` (SVG, PNG or PDF) if given.
+    The errors are the unexplained misfit, the error of the Allan deviation, and the model discrepancy if a step has
+    one.
+    They are left out if the study has one step.
+
+    Parameters
+    ----------
+    study : Study
+    path : str or Path, optional
+        SVG, PNG or PDF, written if given.
+    theme : {"light", "dark"}
+
+    Raises
+    ------
+    InputError
+        Another suffix, a folder that does not exist, matplotlib not installed.
     """
     ladder = study.ladder
     names = _step_texts(ladder)
@@ -107,10 +121,7 @@ def _bar_colors(steps: int) -> tuple[str, ...]:
 def _bar_panel(
     label: str, names: tuple[str, ...], values: list[float | None], guide: float | None, column: int
 ) -> Panel:
-    """`Panel` of bars for one error measure, one bar per step; `guide` is the position of a dashed line, or None.
-
-    None in `values` is a bar without length and the text ``–``.
-    """
+    """`Panel` of bars for one error measure, one bar (or ``–``) per step; `guide` is the position of a dashed line."""
     numbers = np.array([np.nan if v is None else v for v in values], dtype=float)
     texts = tuple("–" if v is None else number(v) for v in values)
     marks: list[Mark] = [Bars(numbers, texts, _bar_colors(len(values)))]

@@ -93,10 +93,7 @@ def _left_width(panel: Panel) -> float:
 def _panel_boxes(
     figure: Figure, width: float, height: float
 ) -> list[tuple[Panel, tuple[float, float, float, float]]]:
-    """(panel, (left, top, width, height) in pixels), in the order of the figure's panels.
-
-    The space left by labels, titles and color bars is divided by the figure's widths and heights.
-    """
+    """(panel, (left, top, width, height) in pixels), in the order of the figure's panels."""
     columns, rows = len(figure.widths), len(figure.heights)
     left = [
         max((_left_width(p) for p in figure.panels if p.column == i), default=0)

@@ -97,10 +97,7 @@ def effect_text(fit: Fit, effect: Effect) -> str:
 
 
 def recording_text(recording: Record) -> str:
-    """Log, column, duration and rate of a recording: ``imu.csv gx · 2 h at 100 Hz``.
-
-    Several columns are not named. "recording" without a log and a column.
-    """
+    """Log, column, if only one, duration and rate of a recording: ``imu.csv gx · 2 h at 100 Hz``."""
     from pathlib import Path
 
     name = Path(recording.path).name if recording.path else ""

@@ -160,10 +160,7 @@ def _first_model_title(check: Check) -> str:
 
 
 def _failure_blocks(check: Check) -> list[Block]:
-    """A bulleted list of the τ, frequencies and times at which a model fails, or one sentence if it fails at none.
-
-    An effect may be missing even then.
-    """
+    """A bulleted list of the τ, frequencies and times at which a model fails, or one sentence if it fails at none."""
     sentences = tuple(as_sentence(s) for s in check.left)
     return [Bullets(sentences)] if sentences else [Paragraph(as_sentence(check.nowhere))]
 

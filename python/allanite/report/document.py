@@ -28,16 +28,10 @@ SUFFIXES = {".html": "html", ".htm": "html", ".md": "markdown", ".markdown": "ma
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Entry:
-    """Analysis of one column in a report: study, check of the first model, and deviation.
+    """Analysis of one column in a report.
 
-    Attributes
-    ----------
-    study : Study
-        Result of the stepwise model building, with the check of the last model.
-    first : Check
-        Check of the first model.
-    deviation : Deviation
-        Overlapping Allan deviation with intervals that do not depend on a model.
+    `study` has the check of the last model, `first` is that of the first model. The intervals of `deviation`
+    (overlapping Allan deviation) do not depend on a model.
     """
 
     study: Study
@@ -177,10 +171,7 @@ class Report:
 
 
 def checked_format(path: Path, interactive: bool = False) -> str:
-    """Format of a report, ``"html"`` or ``"markdown"``, from the suffix of its path; raises `InputError` for others.
-
-    Also raises it if an `interactive` report is not HTML, or the file cannot be written.
-    """
+    """Format of a report, ``"html"`` or ``"markdown"``, from the suffix of its path; also tests if it can be written."""
     kind = SUFFIXES.get(path.suffix.lower())
     if kind is None:
         raise InputError(f"{path}: a report's name must end in .html or .md")

@@ -24,10 +24,7 @@ def markdown_text(report: Report, figures: str | None = None) -> str:
 
 
 def save_markdown(report: Report, target: Path) -> None:
-    """Write a report as Markdown to `target`, and its figures as SVG to a folder next to it.
-
-    A new folder is removed again if a figure cannot be written.
-    """
+    """Write a report as Markdown to `target`, and its figures as SVG to a folder next to it."""
     folder = target.with_name(f"{target.stem}_figures")
     sections = report_sections(report)
     with whole_file(target) as draft:

@@ -131,10 +131,7 @@ def _axis_cells(entry: Entry) -> tuple[str, ...]:
 
 
 def _export_sentence(report: Report) -> str:
-    """The command that writes the file of a navigation filter, and why its N and K can be larger than in the table.
-
-    Empty unless the sensor is inertial.
-    """
+    """For inertial sensors, how to write a filter's file, and why its N and K can be larger than in the table."""
     recording = report.entries[0].recording
     if parse_unit(recording.unit).kind not in ("angular rate", "acceleration"):
         return ""

@@ -183,10 +183,7 @@ def _measured_columns(
 
 
 def _measured_in_chunks(log: str, file: Path, taus: str, options: LogOptions) -> list[_Measured]:
-    """Overlapping Allan deviation of each column of a log that is read in chunks.
-
-    Each deviation gets a diagnostic: the log is larger than half of the free memory.
-    """
+    """Overlapping Allan deviation, with a diagnostic, of each column of a log that is read in chunks."""
     from allanite.readers.long_log import summary_of_log
 
     per_octave = 1

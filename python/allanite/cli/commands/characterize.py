@@ -187,10 +187,7 @@ def _write_documents(
 def _working_recordings(
     working: str | None, options: LogOptions, at_rest: Sequence[Recording]
 ) -> list[Recording]:
-    """Recordings of the --working log (motors running), one for each sampling rate; not trimmed, motion allowed.
-
-    Raises `InputError` or `TooShortError` if its columns cannot be compared with those of the recordings at rest.
-    """
+    """Recordings of the --working log (motors running), one for each sampling rate; not trimmed, motion allowed."""
     from allanite.axes.working import check_working
 
     if working is None:

@@ -1,7 +1,4 @@
-"""Kalibr, and consumers with its convention: continuous-time, two-sided N and K in SI, as lines ``key: value``.
-
-Each number is the largest of the axes of its sensor.
-"""
+"""Kalibr, and consumers with its convention: continuous-time, two-sided N and K in SI, the largest of a sensor's axes."""
 
 from __future__ import annotations
 

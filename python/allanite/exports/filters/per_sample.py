@@ -1,7 +1,4 @@
-"""Consumers that expect numbers per sample, or per step of the filter: variances or standard deviations.
-
-N and K are in SI. Each number is the largest of the axes of its sensor.
-"""
+"""Consumers that expect SI numbers per sample, or per step of the filter, the largest of a sensor's axes."""
 
 from __future__ import annotations
 

@@ -205,10 +205,7 @@ def _value_record(
 
 
 def _displayed_limits(effect: Effect, name: str, factor: float) -> list[float | None] | None:
-    """Limits [low, high] of a parameter in the displayed unit, None for an open end; None if it cannot have limits.
-
-    `factor` converts the parameter's own unit to the displayed unit.
-    """
+    """Limits [low, high] of a parameter times `factor`, None for an open end; None if it cannot have limits."""
     if not limitable(effect.parameter(name)):
         return None
     ends = effect.checked_limits.to_dict().get(name, [None, None])

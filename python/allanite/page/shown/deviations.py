@@ -79,10 +79,7 @@ def simulated_sensor(fit: Fit) -> Recording:
 def _deviation_of(
     source: Recording | Fit, kind: str, grid: str, kept: dict[Any, Deviation]
 ) -> Deviation:
-    """`Deviation` by the estimator `kind` of a recording, or of a sensor simulated from a `Fit`; `kept` is a cache.
-
-    `grid` is a key of `GRIDS` (choices of averaging times), or "" for the default ones.
-    """
+    """`Deviation` by the estimator `kind` of a recording, or of a sensor simulated from a `Fit`; `kept` is a cache."""
     key = source, kind, grid
     if key not in kept:
         log = source if isinstance(source, Recording) else simulated_sensor(source)

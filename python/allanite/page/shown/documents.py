@@ -91,10 +91,7 @@ def _open_sheet(tab: Tab, source: Source) -> None:
 
 
 def compare_with(tab: Tab, source: Source) -> None:
-    """Add the columns of a log to the comparison with the current column, each named "log column": ``b.csv gyro_x``.
-
-    Raises `InputError` if the log cannot be read, its rate or unit is not known, or no log is open.
-    """
+    """Add the columns of a log to the comparison with the current column, each named "log column": ``b.csv gyro_x``."""
     _ = tab.log
     try:
         other = source.read(source.reading)
@@ -112,10 +109,7 @@ def compare_with(tab: Tab, source: Source) -> None:
 
 
 def sheet_rows(tab: Tab) -> dict[str, Any] | None:
-    """Dict (``name`` of the data sheet, ``rows`` of texts, ``remarks``): comparison of the current model with the sheet.
-
-    None if there is no data sheet or no step yet.
-    """
+    """Comparison of model and data sheet: its ``name``, ``rows`` of texts, ``remarks``; None without both."""
     if tab.sheet is None or not tab.column_steps.steps:
         return None
     from allanite.comparison.datasheet import compare_datasheet
@@ -140,10 +134,7 @@ def sheet_rows(tab: Tab) -> dict[str, Any] | None:
 def generated_file(
     tab: Tab, name: str, theme: str, options: Mapping[str, str] | None = None
 ) -> GeneratedFile:
-    """`GeneratedFile` with this name: a figure or its values, the study, an export, a temperature law, or the report.
-
-    `options` are those of the figure's view, such as a time range. Raises `InputError` for an unknown name.
-    """
+    """`GeneratedFile` with this name: a figure or its values, the study, an export, a temperature law, or the report."""
     from allanite.exports import TARGETS
 
     path = Path(name)
@@ -216,10 +207,7 @@ def _missing_columns_note(tab: Tab) -> str:
 
 
 def _report_file(tab: Tab) -> GeneratedFile:
-    """`GeneratedFile` with the HTML report on the steps of each column up to the current one.
-
-    A note names columns without a fit or a finished check.
-    """
+    """`GeneratedFile` with the HTML report on the steps of each column up to the current one; notes other columns."""
     from allanite.report import Entry, Report
 
     entries, open_ = [], []

@@ -61,10 +61,7 @@ MIN_WHITENESS = 0.01
 
 
 def figure_of(tab: Tab, name: str, options: Mapping[str, str] | None = None) -> Figure:
-    """`Figure` of a view in the displayed units, with the colors that effects have on this page.
-
-    Raises `InputError` for an unknown view, or if the view needs a fit or check that does not exist yet.
-    """
+    """`Figure` of a view in the displayed units, with the colors that effects have on this page."""
     if name not in VIEWS:
         raise InputError(f"Unknown view {name[:40]!r}: one of {', '.join(VIEWS)}")
     with requested_units(chosen_units(tab.log.unit, tab.unit)):
@@ -174,10 +171,7 @@ def _zoomed_panels(
 
 
 def _map_figure(tab: Tab, _: Mapping[str, str]) -> Figure:
-    """`Figure` of a color map of measured over expected power, by time and octave of frequency.
-
-    A second map below shows only the frequency range that the model fits worst, if there is one.
-    """
+    """`Figure` of a color map of measured over expected power, and of one that shows only the worst frequency range."""
     check = tab.step.check
     if check is None:
         raise InputError("The map is being computed …")

@@ -51,10 +51,7 @@ def thermal_figure(tab: Tab, _: Mapping[str, str]) -> Figure:
 
 
 def average_figure(tab: Tab, _: Mapping[str, str]) -> Figure:
-    """`Figure` of the Allan deviation of the average of the current axis and the compared logs, and of the weights.
-
-    Raises `InputError` if no other log with the same kind of sensor is compared.
-    """
+    """`Figure` of the Allan deviation of the average of the current axis and the compared logs, and of the weights."""
     if not tab.others:
         raise InputError("Averaging needs another log: add one with Compare")
     own = tab.log

@@ -17,10 +17,7 @@ def capitalized(text: str) -> str:
 
 
 def remedy_buttons(finding: Finding, rate: float, duration: float) -> list[dict[str, Any]]:
-    """List of at most one button (a dict with the keys ``text`` and ``act``) that remedies a finding.
-
-    `rate` (Hz) and `duration` (s) are those of the record.
-    """
+    """List of at most one button (a dict with the keys ``text`` and ``act``) that remedies a finding."""
     values = finding.values
     if finding.kind == "rate" and "measured_hz" in values:
         found = float(values["measured_hz"])

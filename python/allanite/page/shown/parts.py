@@ -40,10 +40,7 @@ POINTS = 24
 
 
 def page_data(tab: Tab, name: str, options: Mapping[str, str] | None = None) -> Any:
-    """Data for JSON that the page requests by `name`: a key of `_PARTS`, or ``table-VIEW`` for the values of a view.
-
-    `options` are the query parameters. Raises `InputError` if the name is unknown, or what the part needs is missing.
-    """
+    """Data for JSON that the page requests by `name`: a key of `_PARTS`, or ``table-VIEW`` for the values of a view."""
     if name.startswith("table-"):
         view = name.removeprefix("table-")
         if view not in VIEWS:
@@ -61,10 +58,7 @@ def _small_curves(tab: Tab, _: Mapping[str, str]) -> dict[str, Any]:
 
 
 def _column_paths(work: Work) -> list[str | None]:
-    """One SVG path per column: its Allan deviation as a small curve of 100 × 40 pixels, on logarithmic axes, or None.
-
-    Columns of equal unit share a scale. Cached in `work.paths`.
-    """
+    """One SVG path or None per column: its Allan deviation, 100 × 40 pixels, logarithmic; equal units share a scale."""
     if work.paths is not None:
         return work.paths
     curves = [_log_curve(work.log(i)) for i in range(len(work.recording.columns))]
@@ -108,10 +102,7 @@ def _all_effects(tab: Tab, _: Mapping[str, str]) -> list[dict[str, Any]]:
 
 
 def _inspected_columns(tab: Tab, _: Mapping[str, str]) -> dict[str, Any]:
-    """Dict of `Source.inspect` for the open log: what the reader finds in its columns without the user's choices.
-
-    ``kinds`` maps each kind of sensor to the units that the user can choose.
-    """
+    """What the reader finds in the open log without the user's choices, and units to choose for each kind of sensor."""
     source = tab.source
     if source is None:
         raise InputError("No log is open: drop a file or choose one")
@@ -166,10 +157,7 @@ def _export_verdict(tab: Tab, options: Mapping[str, str]) -> dict[str, Any]:
 
 
 def _acceptance_results(tab: Tab, _: Mapping[str, str]) -> dict[str, Any] | None:
-    """Dict of the acceptance test: name of the sheet, list of `_axis_acceptance` of every checked axis, and remarks.
-
-    None without a data sheet.
-    """
+    """Acceptance test: name of the sheet, `_axis_acceptance` of every checked axis, and remarks; None without a sheet."""
     if tab.sheet is None:
         return None
     axes, remarks = [], dict[str, None]()

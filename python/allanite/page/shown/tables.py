@@ -53,10 +53,7 @@ def _curve_table(fit: Fit, unit: str) -> dict[str, Any]:
 
 
 def _tables_of_marks(figure: Figure) -> list[dict[str, Any]]:
-    """Tables (dicts with title, head and rows) of all points, lines, bands and heat maps of a figure, at most 4000 rows.
-
-    Marks of a panel with equal x values share a table: points first, then lines, then bands.
-    """
+    """Tables (title, head, at most 4000 rows) of all marks of a figure; marks with equal x in a panel share a table."""
     tables: list[dict[str, Any]] = []
     for panel in figure.panels:
         known: dict[bytes, dict[str, Any]] = {}

@@ -86,10 +86,7 @@ def differences(tab: Tab) -> dict[str, Any] | None:
 
 
 def _value_rows(one: Fit, two: Fit, unit: str | None, places: list[int]) -> Iterator[Row]:
-    """Yield (name, texts, remark) for each fitted parameter of two models; `texts` has ``–`` if a model lacks it.
-
-    `places` are the numbers of the two steps.
-    """
+    """Yield (name, texts, remark) for each fitted parameter of two models; `texts` has ``–`` if a model lacks it."""
     first, second = _displayed_values(one, unit), _displayed_values(two, unit)
     for key in [*first, *(k for k in second if k not in first)]:
         a, b = first.get(key), second.get(key)

@@ -129,10 +129,7 @@ def _cursor_units(unit: str) -> list[dict[str, Any]]:
 
 
 def _label_traces(data: list[dict[str, Any]], fit: Fit) -> None:
-    """Set ``meta`` of each plotly trace to what the trace draws, such as ``measured``.
-
-    ``effect-0`` and ``limit-0`` have the index of the effect in the model.
-    """
+    """Set ``meta`` of each plotly trace to what the trace draws: ``measured``, ``effect-0`` (index in the model), …."""
     for part in component_styles(fit):
         for trace in data:
             if trace.get("name") == html_text(part.label):
