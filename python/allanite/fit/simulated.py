@@ -30,20 +30,11 @@ MAX_THREADS = 2
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SimulatedCheck:
-    """Result of refitting simulated records.
+    """Result of refitting m simulated records.
 
-    Attributes
-    ----------
-    chi2 : float
-        χ² of the recording.
-    simulated_chi2 : ndarray, shape (m,)
-        χ² of each replicate, fitted like the recording.
-    fitted : dict of str to float
-        Fitted parameters of the recording by ``SHORT.name``.
-    simulated : dict of str to ndarray, shape (m,)
-        Fitted parameters of each replicate, by the same names.
-    units : dict of str to str
-        Units of the parameters, by the same names.
+    `chi2` is χ² of the recording, and `simulated_chi2`, shape (m,), that of each replicate, fitted like the recording.
+    `fitted`, `simulated` and `units` are the fitted parameters of the recording, those of the replicates, shape (m,), and
+    their units, all by ``SHORT.name``.
     """
 
     chi2: float
@@ -114,7 +105,7 @@ def simulate_check(
 ) -> SimulatedCheck:
     """`SimulatedCheck`: comparison of a fit with refits of `n` records simulated from it; see `Fit.simulate_check`.
 
-    Raises `InputError` for n below 1 and for a model that excludes samples. `progress` is called with (refits done, n).
+    `InputError` for n below 1 and for a model that excludes samples.
     """
     if n < 1:
         raise InputError(
@@ -177,10 +168,7 @@ def _replicate(fit: Fit, seed: int, number: int) -> tuple[float, dict[str, float
 
 
 def _free_parameters(fit: Fit) -> dict[str, tuple[Effect, Parameter]]:
-    """Dict from name (``N``, ``GM.q_c``) to (effect, declaration) of each free parameter of a fit.
-
-    Held and derived parameters are omitted.
-    """
+    """Dict from name (``N``, ``GM.q_c``) to (effect, declaration) of each parameter of a fit, not held and not derived."""
     return {
         parameter_label(label, p.name): (effect, p)
         for effect, label in zip(fit.model, fit.model.labels, strict=True)

@@ -34,16 +34,7 @@ class Fitted:
 @align_when_unpickled
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Process(Fitted):
-    """A fitted random process.
-
-    Attributes
-    ----------
-    effect : Stochastic
-    theta : float
-        Squared coefficient.
-    column : ndarray, shape (bins,)
-        Expected bin power at coefficient 1.
-    """
+    """A fitted random process: squared coefficient θ, and expected bin power `column` at coefficient 1, shape (bins,)."""
 
     effect: Stochastic
     theta: float
@@ -60,18 +51,9 @@ class Process(Fitted):
 class Regressed(Fitted):
     """A fitted known function of time.
 
-    Attributes
-    ----------
-    effect : Deterministic
-    amplitudes : ndarray, shape (p,)
-    covariance : ndarray, shape (p, p)
-        Covariance of the amplitudes, with the other functions fitted too.
-    matrix : ndarray, shape (k, p)
-        Regressors at `ordinates`.
-    removed : Deterministic
-        The function removed from the residual ordinates; its amplitudes may differ slightly from those of `effect`.
-    ordinates : ndarray of int64, shape (k,)
-        Ordinates in which the function was regressed: the lowest, or those near lines.
+    `covariance`, shape (p, p), is that of the amplitudes, with the other functions fitted too. `matrix`, shape (k, p), are
+    the regressors at `ordinates`: the lowest, or those near lines. `removed` is the function removed from the residual
+    ordinates; its amplitudes may differ slightly from those of `effect`.
     """
 
     effect: Deterministic
@@ -103,16 +85,10 @@ def fitted(
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Residual:
-    """Ordinates of a record minus known functions of time, computed on demand.
+    """Ordinates of a record minus the functions `removed`, computed on demand.
 
     The ordinates are as long as the record. Those used last are cached with the data, others are recomputed, so that a
     search with hundreds of solutions needs little memory.
-
-    Attributes
-    ----------
-    data : Data
-    removed : tuple of Deterministic
-        Functions to subtract.
     """
 
     data: Data
@@ -121,19 +97,13 @@ class Residual:
 
     @property
     def ordinates(self) -> Array:
-        """Array of the residual ordinates, shape (n,): those of the data minus the subtracted functions of time.
-
-        They are taken from the cache of the data, or computed again.
-        """
+        """Residual ordinates, shape (n,), from the cache of the data or computed again."""
         if not self.removed:
             return self.data.ordinates
         return self.data.functions.get(self._key, lambda: self.data.ordinates_without(self.removed))
 
     def with_cached(self, ordinates: Array) -> Residual:
-        """The same `Residual`, after its already computed `ordinates` were stored in the cache of the data.
-
-        Nothing is stored if no function of time was subtracted: the ordinates are then those of the data.
-        """
+        """The same `Residual`, after its already computed `ordinates` were stored in the cache of the data."""
         if self.removed:
             self.data.functions.get(self._key, lambda: ordinates)
         return self
@@ -148,10 +118,8 @@ class Solution:
     ----------
     effects : tuple of Fitted
         Fitted effects in the order of the model.
-    spectrum : ndarray, shape (bins,)
-        Expected bin power.
-    weight : ndarray, shape (bins,)
-        Effective degrees of freedom of each bin.
+    spectrum, weight : ndarray, shape (bins,)
+        Expected bin power, and effective degrees of freedom.
     scale : int or None
         Index of the discrepancy in `discrepancy.SCALES`; None for δ = 0.
     maximum : float
@@ -160,14 +128,10 @@ class Solution:
         Measured bin power minus deterministic effects, U² per sample.
     count : ndarray, shape (bins,)
         Degrees of freedom of each bin: number of ordinates minus those used by the regression.
-    residual : Residual
-        Source of the residual ordinates.
     log_likelihood : float
         logL of the whole record, including single ordinates near narrow bands.
-    regressed_ordinates : ndarray of int64, shape (k,)
-        Ordinates in which known functions of time were regressed.
-    leverage : ndarray, shape (k,)
-        Degrees of freedom that the regression used in each of these ordinates.
+    regressed_ordinates, leverage : ndarray, shape (k,)
+        Ordinates in which known functions of time were regressed, and degrees of freedom that the regression used in each.
     """
 
     effects: tuple[Fitted, ...]
@@ -188,10 +152,7 @@ class Solution:
 
     @property
     def ordinates(self) -> Array:
-        """Array of the residual ordinates (coefficients of the cosine transform), shape (n,).
-
-        These are the ordinates of the data minus those of the known functions of time.
-        """
+        """Residual ordinates (coefficients of the cosine transform), without the known functions of time, shape (n,)."""
         return self.residual.ordinates
 
     @cached_property
@@ -226,7 +187,7 @@ class Solution:
 
     @property
     def removed_functions(self) -> tuple[Deterministic, ...]:
-        """Tuple of the known functions of time that were subtracted from the residual ordinates, one for each in the model.
+        """Known functions of time that were subtracted from the residual ordinates, one for each in the model.
 
         Their amplitudes can differ slightly from the fitted amplitudes.
         """
@@ -243,8 +204,5 @@ class Solution:
         return 0.0 if self.scale is None else float(SCALES[self.scale])
 
     def noise(self, data: Data) -> Noise:
-        """`Noise`: predicted variance of single ordinates from the random effects, times the `level` of their bin.
-
-        `level` is the estimated ratio of true to modeled power.
-        """
+        """`Noise`: predicted variance of single ordinates from the random effects, times the `level` of their bin."""
         return Noise(data.terms(self.model), data.bins, self.level)

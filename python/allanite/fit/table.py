@@ -45,8 +45,8 @@ def method_text(fit: Fit) -> str:
 def parameter_rows(fit: Fit) -> list[tuple[str, str, str, str]]:
     """List of table rows (effect, parameter, value, 95 % interval) of all parameters that have a value, as text.
 
-    The effect is named in its first row only. For a parameter that the fit kept, ``held`` or ``at its limit`` replaces
-    the interval.
+    The effect is named in its first row only. For a parameter that the fit kept, ``held`` or ``at its limit`` replaces the
+    interval.
     """
     rows = []
     for effect, values in zip(fit.model.effects, fit.estimates, strict=True):
@@ -71,10 +71,7 @@ def parameter_rows(fit: Fit) -> list[tuple[str, str, str, str]]:
 
 
 def _unit_and_factor(parameter: Parameter, sample: str) -> tuple[str, float]:
-    """Pair: printed unit of a parameter, and the factor that converts to it; `sample` is the unit of the samples.
-
-    The unit is empty for a pure number.
-    """
+    """Pair: printed unit of a parameter, empty for a pure number, and the factor from that of samples in `sample`."""
     unit, factor = sheet_unit(parameter, sample), 1.0
     if isinstance(parameter.unit, float):
         factor = conversion(coefficient_unit(sample, parameter.unit), unit)
@@ -82,10 +79,7 @@ def _unit_and_factor(parameter: Parameter, sample: str) -> tuple[str, float]:
 
 
 def estimate_cell(estimate: Estimate) -> str:
-    """Table cell, without unit: value with 95 % interval, or the value alone if there is no interval.
-
-    "< limit" if the estimate is not detected, or "not detected" without a limit.
-    """
+    """Table cell, without unit: value with 95 % interval if any, ``< limit``, or ``not detected`` without a limit."""
     if not estimate.detected:
         return "not detected" if estimate.interval is None else f"< {number(estimate.interval[1])}"
     if estimate.interval is None:
@@ -96,9 +90,7 @@ def estimate_cell(estimate: Estimate) -> str:
 def _cells(value: Any, column: str | None) -> tuple[str, str]:
     """Pair of texts: value and 95 % interval of a parameter. The interval is "" if there is none.
 
-    A parameter that is not detected gives ("not detected", "< " and the upper limit), or ("not present", "") without an
-    interval. A value that is no `Estimate` is shown as it is. `column` is the logged column that the effect follows, for
-    the unit, or None.
+    A value that is no `Estimate` is shown as it is. `column` is the logged column that the effect follows, for the unit.
     """
     if not isinstance(value, Estimate):
         return str(value), ""
@@ -116,8 +108,7 @@ def _cells(value: Any, column: str | None) -> tuple[str, str]:
 def misfit_line(fit: Fit, whole: bool = True) -> str:
     """Sentence on the agreement of a fit: χ², adequacy, Allan error, discrepancy, and ignored bands.
 
-    Parts without a value are omitted. Without `whole`, an adequate fit is described as "not rejected by χ² alone", because
-    other checks failed.
+    Without `whole`, an adequate fit is described as "not rejected by χ² alone", because other checks failed.
     """
     m, e = fit.misfit, fit.error
     words = (
@@ -149,10 +140,7 @@ def misfit_line(fit: Fit, whole: bool = True) -> str:
 
 
 def _reason(fit: Fit) -> str:
-    """Text in parentheses, with a leading blank: why a fit is not adequate although its χ² is not too large.
-
-    Empty if χ² is too large.
-    """
+    """Text in parentheses, with a leading blank: why a fit is not adequate although its χ² is not too large, or ""."""
     if fit.misfit.is_too_small:
         return " (χ² is smaller than that of noise)"
     if fit.misfit.p_value < MIN_ADEQUATE_P:
@@ -169,10 +157,7 @@ def _percent(share: float) -> str:
 
 
 def is_wider(value: Estimate, interval: tuple[float, float]) -> bool:
-    """True if an end of `interval` lies outside the interval of the estimate, by more than 10 % of the width of the latter.
-
-    False if the estimate has no interval.
-    """
+    """True if an end of `interval` lies outside the interval of the estimate by more than 10 % of its width."""
     if value.interval is None:
         return False
     low, high = value.interval
@@ -241,15 +226,8 @@ def fit_table(
 ) -> str:
     """Text table of a fit: recording, parameters with intervals, agreement, and warnings.
 
-    Parameters
-    ----------
-    fit : Fit
-    remedy : str
-        Advice added to the warning if the fit is not adequate.
-    whole : bool
-        False if other checks failed, see `misfit_line`.
-    over : Undecided, optional
-        Models that the record cannot distinguish; the first row of each effect names what may replace it.
+    `remedy` is added to the warning if the fit is not adequate; `whole` is as of `misfit_line`. With `over`, the first row
+    of each effect names what may replace it.
     """
     r = fit.recording
     lines = [heading(r), f"model {fit.model.name}{method_text(fit)}", ""]

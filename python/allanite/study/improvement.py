@@ -169,10 +169,7 @@ def with_given_designs(model: Model) -> Model:
     """Copy of a model in which the type and order of each filter, if given by the user, are fixed during the search."""
 
     def held(effect: Effect) -> Effect:
-        """Copy of a filter in which the type and order that have a value are fixed.
-
-        Another effect, or a filter without such values, is returned unchanged.
-        """
+        """Copy of a filter in which the type and order that have a value are fixed; other effects stay."""
         given = (p.name for p in effect.parameters if p.role == "choice" and p.name != "column")
         names = [n for n in given if effect.values[n] is not None and n not in effect.held]
         filtering = isinstance(effect, Modifier) and names

@@ -89,8 +89,8 @@ def predicts_as_well(before: Fit, after: Fit) -> bool:
 def is_as_good(before: Fit, after: Fit) -> bool:
     """True if the smaller model `after` describes the record as well as `before`.
 
-    No error may rise beyond its scatter (`no_error_rises`). In addition, the Allan error must not rise, or must stay at
-    or below its expected scatter.
+    No error may rise beyond its scatter (`no_error_rises`). In addition, the Allan error must not rise, or must stay at or
+    below its expected scatter.
     """
     return no_error_rises(before, after) and (
         not allan_error_rises(before, after) or allan_error_within_scatter(after)
@@ -100,9 +100,7 @@ def is_as_good(before: Fit, after: Fit) -> bool:
 def refusal_reason(before: Fit, after: Fit, once: bool) -> str:
     """Clause that states why a significant suggestion was not added, such as "raises the Allan error".
 
-    `before` and `after` are the fits without and with the suggestion. The first reason that holds is named: it predicts
-    unseen data worse (not tested if `once`: an effect that happens once), raises the Allan error, or raises the
-    discrepancy. Otherwise it is "acts where another effect already acts".
+    With `once`, for an effect that happens once, the prediction of unseen data is not tested.
     """
     if not once and not predicts_as_well(before, after):
         return "predicts unseen data worse"
@@ -119,10 +117,7 @@ def allan_error_within_scatter(fit: Fit) -> bool:
 
 
 def delta_logl(before: Fit, after: Fit) -> float:
-    """LogL of `after` minus logL of `before`, nats.
-
-    0 if the two fits exclude different numbers of samples, so that their logL cannot be compared.
-    """
+    """LogL of `after` minus that of `before`, nats; 0 if different numbers of excluded samples prevent this."""
     counts = [0 if f.data.missing is None else int(f.data.missing.sum()) for f in (before, after)]
     if counts[0] != counts[1]:
         return 0.0

@@ -36,7 +36,6 @@ class Rung:
 
     Attributes
     ----------
-    fit : Fit
     added : Effect or None
         Effect that the step added; None for the first step.
     removed : tuple of str
@@ -75,10 +74,9 @@ class Rung:
 
     @property
     def changes(self) -> tuple[str, ...]:
-        """Tuple of texts of the changes: ``+ sinusoid``, ``− rate random walk``, ``− 2 × resonance``.
+        """Texts of the changes: ``+ sinusoid``, ``− rate random walk``, ``− 2 × resonance``; empty for the first step.
 
-        Additions come first, one text each; removals have one text for each kind. Effects that left and came back in
-        the same step are omitted. Empty for the first step.
+        Effects that left and came back in the same step are omitted.
         """
         further = {e.kind for e in self.new if e.further} & set(self.removed)
         # An effect that left and came back with another one has not changed.
@@ -106,8 +104,8 @@ class Rung:
     ) -> dict[str, Any]:
         """JSON record (dict) of the step; `misfit_left` is the unexplained misfit, % of the largest of all steps.
 
-        Alternatives of its effects and correlations of its parameters are given only if `last`, since earlier models
-        are wrong. Intervals over the alternative models are given if `over_rivals` is not None.
+        Alternatives of its effects and correlations of its parameters are given only if `last`, since earlier models are
+        wrong.
         """
         body = self.fit.body(searched=last)
         if last:
@@ -134,8 +132,8 @@ def rung_of(
     """Step (`Rung`) from one state of a search to another.
 
     Its `added` is the first new effect of the kind `named`. If no new effect has this kind, the first whose kind was not
-    removed in the step; otherwise the first new effect. None without new effects. `risen` is the ΔlogL of the step; by
-    default that of the two fits. `trials` is the number of independent tests of the search.
+    removed in the step; otherwise the first new effect. `risen` is the ΔlogL of the step; by default that of the two fits.
+    `trials` is the number of independent tests of the search.
     """
     lost = after.lost_since(before)
     removed = tuple(before.fit.model.effects[place].kind for place in lost)
@@ -442,8 +440,8 @@ def misfit_left(ladder: Sequence[Rung]) -> tuple[float, ...]:
     """Tuple with the unexplained misfit of each step, in % of the largest of all steps (usually the first).
 
     The misfit of the last step is the logL that is still to be gained: that of a model with its own power for each bin,
-    minus its expectation for a true model. An earlier step adds the ΔlogL of all later steps. Negative misfits count as
-    0. If no misfit is positive, all values are 100 %.
+    minus its expectation for a true model. An earlier step adds the ΔlogL of all later steps. Negative misfits count as 0.
+    If no misfit is positive, all values are 100 %.
     """
     left = [max(ladder[-1].fit.unexplained_misfit, 0.0)]
     for before, rung in reversed(list(itertools.pairwise(ladder))):
@@ -455,13 +453,7 @@ def misfit_left(ladder: Sequence[Rung]) -> tuple[float, ...]:
 
 
 class SearchInterrupted(KeyboardInterrupt):
-    """`KeyboardInterrupt` that is raised for Ctrl-C during a search and holds the steps so far.
-
-    Attributes
-    ----------
-    study : Study
-        The steps up to the last one that was checked.
-    """
+    """`KeyboardInterrupt` for Ctrl-C during a search; `study` holds the steps up to the last one that was checked."""
 
     def __init__(self, study: Study) -> None:
         super().__init__()

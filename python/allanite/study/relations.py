@@ -83,10 +83,7 @@ def lies_mostly_within(effect: Effect, when: tuple[float, float], fit: Fit) -> b
 
 
 def _values_over_time(effect: Effect, fit: Fit) -> NDArray[np.float64] | None:
-    """Array, shape (n,): values of a function of time, or gain of a level of all frequencies; None for other effects.
-
-    None for periodic functions and for a change of level of one band, too.
-    """
+    """Values of a function of time, or gain of a level of all frequencies, shape (n,); None for other effects."""
     if isinstance(effect, Deterministic) and not effect.periodic:
         return fit.data.signal((effect,))
     if isinstance(effect, Modifier) and effect.passing and effect.band is None:

@@ -26,25 +26,9 @@ if TYPE_CHECKING:
 class Search:
     """State of one search: its steps, limits and last check.
 
-    Attributes
-    ----------
-    ladder : list of Rung
-        The steps so far.
-    limit : int
-        Maximum number of additions.
-    tolerance : float or None
-        Model discrepancy in % below which the search ends.
-    deadline : float
-        Time of the `clock` at which the search ends.
-    clock : callable
-    on_progress : callable, optional
-        Called with (steps done, maximum number of steps).
-    check : Check or None
-        The last check.
-    first_check : Check or None
-        The check of the first fit.
-    checked : int
-        Number of steps that the last check covers.
+    `limit` is the maximum number of additions. The search ends below the model discrepancy `tolerance`, %, and at the time
+    `deadline` of the `clock`. `on_progress` is called with (steps done, maximum number of steps). `first_check` is that of
+    the first fit. `checked` is the number of steps that the last check covers.
     """
 
     ladder: list[Rung]
@@ -105,10 +89,7 @@ class Search:
         return self.check
 
     def _stop_reason(self, check: Check) -> str | None:
-        """Text of the reason to end the search after a check: "adequate", "within tolerance" or "limit".
-
-        None to continue.
-        """
+        """Reason to end the search after a check: "adequate", "within tolerance" or "limit"; None to continue."""
         if check.adequate:
             return "adequate"
         if self._is_within_tolerance(check.fit):

@@ -18,17 +18,10 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class State:
-    """A fitted model of a search and the numbers of its effects.
+    """A fitted model of a search and the numbers of its effects, of which the user's are the first.
 
-    Attributes
-    ----------
-    fit : Fit
-    numbers : tuple of int
-        Number of each effect of the model, in its order. The user's effects have the first numbers.
-    given : tuple of str
-        Kinds of the effects of the user's model. One that can be in a model only once keeps its number if it comes back.
-    used : int
-        Number of effects that any model of the search had.
+    `given` are the kinds of the effects of the user's model. One that can be in a model only once keeps its number if it
+    comes back. `used` is the number of effects that any model of the search had.
     """
 
     fit: Fit
@@ -38,10 +31,7 @@ class State:
 
     @classmethod
     def of(cls, fit: Fit, given: int | None = None) -> State:
-        """`State` of a fit, in which the first `given` effects count as the user's and all others as added by the search.
-
-        By default, all effects of the fit are the user's.
-        """
+        """`State` of a fit, in which the first `given` effects, by default all, count as the user's."""
         kinds = tuple(effect.kind for effect in fit.model)
         return cls(fit, tuple(range(len(kinds))), kinds[:given], len(kinds))
 

@@ -161,10 +161,7 @@ def best_replacement(ladder: Sequence[Rung]) -> Rung | None:
 
 
 def _without_undetected(before: State, after: State) -> State | None:
-    """`State` after a step, without its new effects that are not detected; None if none of them is detected.
-
-    `after` itself if all are detected.
-    """
+    """`State` after a step, without its new effects that are not detected; None if none of them is detected."""
     new = after.new_since(before)
     absent = [place for place in new if not is_detected(after.fit, place)]
     if not absent:
@@ -244,11 +241,8 @@ def _step_with(
 ) -> Found | None:
     """Pair (`Rung`, suggestions): step that adds `suggestion`, and all suggestions that it adds; None if it does not help.
 
-    None as well in these cases:
-
-    * An exclusion leaves too few samples, or the time of a new event is not known.
-    * The suggestion is an event with p > 1e-4, and it makes the Allan error rise above its scatter.
-    * `alone` is True, and a second effect is needed.
+    None as well if an exclusion leaves too few samples, if the time of a new event is not known, or if the suggestion is a
+    doubtful event (`is_doubtful_event`). With `alone`, None if a second effect is needed.
     """
     try:
         found = _merged_or_added(before, suggestion, check, alone)
@@ -317,8 +311,7 @@ def _merged_or_added(
 def _merged_and_dropped(ladder: Sequence[Rung], before: State, added: State) -> State | None:
     """`State` after the merges and drops that an addition makes possible; `added` has the addition.
 
-    Changes of level may be merged, excursions joined, needless effects dropped, and harmonics or side bands added. None
-    if changes of level must be merged but cannot.
+    None if changes of level must be merged but cannot.
     """
     after = added
     new = [added.fit.model.effects[place] for place in added.new_since(before)]
@@ -335,8 +328,8 @@ def _merged_and_dropped(ladder: Sequence[Rung], before: State, added: State) -> 
 def _is_unchanged(before: Fit, after: Fit) -> bool:
     """True if a step changed nothing of substance.
 
-    Both models then have the same kinds of effects and the same times of level changes, and the score rises by less than
-    3 nats.
+    Both models then have the same kinds of effects and the same times of level changes, and the score rises by less than 3
+    nats.
     """
     old, new = (sorted(e.kind for e in fit.model) for fit in (before, after))
     old_times, new_times = ({e.switches for e in fit.model.modifiers} for fit in (before, after))

@@ -64,10 +64,7 @@ def story(ladder: Sequence[Rung]) -> tuple[Rung, ...]:
 
 
 def tried_and_dropped(ladder: Sequence[Rung]) -> tuple[Effect, ...]:
-    """Tuple of the effects that the search added but the last model lacks, each kind once.
-
-    If a kind was added several times, the effect added last is listed.
-    """
+    """Tuple of the effects that the search added but the last model lacks, each kind once, as added last."""
     there = {e.kind for e in ladder[-1].fit.model}
     tried = {e.kind: e for rung in ladder for e in rung.new if e.kind not in there}
     return tuple(tried.values())
@@ -117,8 +114,7 @@ def _fit_of_step(
 ) -> tuple[Fit, list[Effect]]:
     """Pair (fit, removed): `Fit` of the model with the effects `kept` and those of `leaving` that are still needed.
 
-    `removed` is the list of the other effects of `leaving`. An effect of `leaving` is removed if the log evidence is not
-    lower without it.
+    An effect of `leaving` is removed if the log evidence is not lower without it.
     """
     fit = refitted(before, Model((*kept, *leaving)))
     dropped: list[Effect] = []
@@ -135,9 +131,8 @@ def _step_with_record(
 ) -> Rung:
     """`Rung` of the step to `fit`, which adds the effects `new` and removes the effects `dropped`.
 
-    `trials` is that of the first step of `ladder` that added an effect of the kind of `new[0]`. `risen` (ΔlogL) comes
-    from that step if `new[0]` is an exclusion, a change of level or a moving band; otherwise it is None. Both are None
-    without such a step.
+    `trials` is that of the first step of `ladder` that added an effect of the kind of `new[0]`. `risen` (ΔlogL) comes from
+    that step if `new[0]` is an exclusion, a change of level or a moving band.
     """
     known = next((r for r in ladder if any(e.kind == new[0].kind for e in r.new)), None)
     # The mean spectrum does not show exclusions, levels over time and moving bands, so the search's ΔlogL is used.

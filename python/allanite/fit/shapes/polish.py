@@ -54,15 +54,8 @@ MIN_ROUGH_STEP_DELTA_LOGL = 0.03
 class Shapes:
     """Free shapes of a model as coordinates of an optimization: logarithms of positive shapes, signed shapes unchanged.
 
-    Attributes
-    ----------
-    model : Model
-    places : tuple of (int, str)
-        Index of the effect and name of each shape.
-    signed : tuple of bool
-        True for shapes that may be negative.
-    limits : ndarray, shape (shapes, 2)
-        Lowest and highest value of each coordinate.
+    `places` are (index of the effect, name) of each shape; `signed` is True for shapes that may be negative. `limits`,
+    shape (shapes, 2), are the lowest and highest value of each coordinate.
     """
 
     model: Model
@@ -94,10 +87,7 @@ class Shapes:
         return cls(model, tuple(places), tuple(signed), np.array(limits).reshape(-1, 2))
 
     def present(self) -> Array:
-        """Array of the coordinates of the model's present shapes, shape (shapes,).
-
-        The coordinate is ln of the shape, or the shape itself if it may be negative.
-        """
+        """Coordinates of the model's present shapes, shape (shapes,)."""
         values = [self.model.effects[p].values[n] for p, n in self.places]
         at = [v if s else np.log(v) for v, s in zip(values, self.signed, strict=True)]
         return np.array(at, dtype=float)
@@ -107,10 +97,7 @@ class Shapes:
         return np.clip(self.present(), self.limits[:, 0], self.limits[:, 1])
 
     def at(self, point: Array) -> Model:
-        """Copy of the model with the shapes at the coordinates `point`.
-
-        A coordinate is ln of the shape, or the shape itself if it may be negative.
-        """
+        """Copy of the model with the shapes at the coordinates `point`."""
         moved: dict[int, dict[str, float]] = {}
         for (place, name), signed, at in zip(self.places, self.signed, point.tolist(), strict=True):
             moved.setdefault(place, {})[name] = at if signed else float(np.exp(at))
@@ -120,7 +107,7 @@ class Shapes:
         return model
 
     def slopes(self, point: Array, now: Array, theta: Array, data: Data) -> Array:
-        """Array of the derivative of the expected bin power by each coordinate, shape (bins, shapes).
+        """Derivative of the expected bin power by each coordinate, shape (bins, shapes).
 
         `now` is the power of the model at the coordinates `point`, and `theta` its squared coefficients.
         """
@@ -154,8 +141,7 @@ def polish(
     """Pair: model with locally optimized shapes, and its `Maximum`.
 
     `places` lists the shapes as (index of the effect, name). Shapes of bands that are fitted to single ordinates are
-    skipped. Without other shapes, `model` and `best` are returned. The optimization starts from `best`, the maximum of
-    `model`, and makes at most 60 steps, or 15 with `roughly`.
+    skipped. The optimization starts from `best`, the maximum of `model`, and makes at most 60 steps, or 15 with `roughly`.
     """
     places = [p for p in places if not is_fitted_to_ordinates(model.effects[p[0]], part.data)]
     if not places:
@@ -238,23 +224,9 @@ def _step(
 ) -> tuple[Array, Array, float]:
     """Tuple (squared coefficients θ, shape coordinates, rise of logL) at the optimum of a linearized model near `point`.
 
-    Near the current shapes, the spectrum is linear in θ and in changes of the shapes. Nonnegative least squares finds
-    both. A shape changes by at most `trust`.
-
-    Parameters
-    ----------
-    slopes : ndarray, shape (bins, shapes)
-        Derivative of the spectrum with respect to each shape coordinate.
-    point, trust : ndarray, shape (shapes,)
-        Current coordinates, and the largest change of each.
-    linear : Linear
-        The spectrum as a linear function of θ at the current shapes.
-    theta : ndarray
-        Current squared coefficients.
-    spectrum, weight : ndarray, shape (bins,)
-        Spectrum of the current model, and the weight of each bin.
-    part : RandomPart
-        Measured power and its degrees of freedom.
+    Near the current shapes, the spectrum is linear in θ and in changes of the shapes, with the derivatives `slopes`, shape
+    (bins, shapes). Nonnegative least squares finds both. A shape changes by at most `trust`. `linear` is the spectrum as a
+    function of θ at the current shapes.
     """
     from scipy.optimize import nnls
 

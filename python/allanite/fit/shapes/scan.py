@@ -84,10 +84,9 @@ def _maxima_of_selected(
 ) -> dict[int, Maximum]:
     """Dict from the index of a grid point to its `Maximum` of the likelihood, only for the most likely points.
 
-    `points` are copies of an effect with the shape values of each grid point. `matrices`, shape (m, bins, p), holds the
-    spectral columns of the model at each point, and `starts`, shape (m, p), the squared coefficients to start from. The
-    points with the largest logL after a few steps are kept. Unless the effects are bands, this logL is that of the power
-    averaged over groups of bins. The attribute `weight` is copied from `base`.
+    `matrices`, shape (m, bins, p), holds the spectral columns of the model at each point, and `starts`, shape (m, p), the
+    squared coefficients to start from. The points with the largest logL after a few steps are kept. Unless the effects are
+    bands, this logL is that of the power averaged over groups of bins. The attribute `weight` is copied from `base`.
     """
     narrow = points[0].occupies is not None
     designs = [_design(point) for point in points]
@@ -96,10 +95,9 @@ def _maxima_of_selected(
         columns, power, count = _in_cells(columns, part)
 
     def best_points(which: NDArray[np.intp], values: Array, min_count: int) -> NDArray[np.intp]:
-        """Sorted array of indices from `which`: the best point of each design, and the `min_count` best points of all.
+        """Sorted indices from `which`: the best point of each design (set of choices), and the `min_count` best of all.
 
-        A design is a set of choices, e.g. the order of a process. `values` are the logL of the points in `which`. If
-        `min_count` is below `MIN_OPTIMIZED_POINTS`, that number is taken.
+        `values` are the logL of the points in `which`. `min_count` is at least `MIN_OPTIMIZED_POINTS`.
         """
         order = which[np.argsort(-values, kind="stable")]
         seen: dict[tuple[object, ...], int] = {}
@@ -127,7 +125,6 @@ def _in_cells(columns: Array, part: RandomPart) -> tuple[Array, Array, Array]:
     """Tuple (columns, power, count) of cells (groups of bins), shapes (m, cells, p), (cells,) and (cells,).
 
     `columns`, shape (m, bins, p), and the power of `part` are averaged, weighted by the degrees of freedom of the bins.
-    The count of a cell is the sum of these degrees of freedom.
     """
     first = cells_of(part.count.size)
     count = np.add.reduceat(part.count, first)
@@ -165,9 +162,9 @@ def polished_designs(
 
 
 def free_shape_parameters(model: Model, place: int | None = None) -> list[tuple[int, str]]:
-    """List of (index of the effect, name) of every free shape parameter with a number as its value.
+    """List of (index of the effect, name) of every free shape with a number as its value, or those at `place`.
 
-    It covers all effects of the model, or only the effect at index `place`. Deterministic effects are omitted.
+    Deterministic effects are omitted.
     """
     return [
         (i, name)
@@ -181,8 +178,8 @@ def free_shape_parameters(model: Model, place: int | None = None) -> list[tuple[
 def simplest_design(ends: list[tuple[Model, Maximum]], place: int) -> tuple[Model, Maximum]:
     """Pair (model, maximum) in `ends` with the simplest design of the effect at `place` whose logL is within 2 of the best.
 
-    A design is a set of choices, e.g. the type of a filter; `Effect.variants` lists the simplest first. Among pairs with
-    equally simple designs, the one with the largest logL is returned. `ends` must not be empty.
+    A design is a set of choices, e.g. the type of a filter; `Effect.variants` lists the simplest first. Among equally
+    simple designs, the one with the largest logL is returned.
     """
     top = max(found.log_likelihood for _, found in ends)
     alike = [end for end in ends if end[1].log_likelihood >= top - MAX_SIMPLER_LOSS]
@@ -190,10 +187,7 @@ def simplest_design(ends: list[tuple[Model, Maximum]], place: int) -> tuple[Mode
     ranks = {_design(variant): i for i, variant in reversed([*enumerate(first.variants())])}
 
     def order(end: tuple[Model, Maximum]) -> tuple[int, float]:
-        """Sort key (complexity, −logL) of a pair in `ends`: the simplest design, then the highest logL comes first.
-
-        A design is the set of an effect's choices. Its complexity is its index in `Effect.variants`, simplest first.
-        """
+        """Sort key (complexity, −logL) of a pair in `ends`: the simplest design, then the highest logL comes first."""
         return ranks.get(_design(end[0].effects[place]), len(ranks)), -end[1].log_likelihood
 
     return min(alike, key=order)

@@ -67,10 +67,10 @@ def fit_shapes(
 ) -> tuple[Model, Maximum]:
     """Pair: model whose shapes of random effects and modifiers maximize logL, and the `Maximum` there.
 
-    Shapes without a value are searched on grids, one effect after the other. If several effects have such shapes, this
-    is done twice. Effects that are sums of simple processes get their processes (`built_from_pieces`). At last all free
-    shapes are optimized together. `start` is a maximum of this model over its coefficients, or None. With `polished`
-    False, searched shapes stay at points of their grids, and the others are unchanged.
+    Shapes without a value are searched on grids, one effect after the other. If several effects have such shapes, this is
+    done twice. Effects that are sums of simple processes get their processes (`built_from_pieces`). At last all free shapes
+    are optimized together. `start` is a maximum of this model over its coefficients. Without `polished`, searched shapes
+    stay at points of their grids, and the others are unchanged.
     """
     blank = model.effects
     opened = [
@@ -97,8 +97,8 @@ def fit_shapes(
 def _suggested_by_ordinates(effect: Effect, part: RandomPart) -> list[Effect]:
     """List of effects of the same kind, with values, that single ordinates suggest, e.g. at a peak.
 
-    They agree with the values that `effect` already has. The list is empty for an expected spectrum, and for a record of
-    which only a summary is kept: both have no single ordinates.
+    They agree with the values that `effect` already has. Empty for an expected spectrum and for a summary, which have no
+    single ordinates.
     """
     data = part.data
     if part.is_expected or not data.whole:
@@ -109,10 +109,7 @@ def _suggested_by_ordinates(effect: Effect, part: RandomPart) -> list[Effect]:
 
 
 def with_open_shapes(model: Model, given: Model) -> Model:
-    """Copy of the model in which random effects and modifiers with an unknown shape in `given` are again as in `given`.
-
-    All other effects, e.g. functions of time, keep their values.
-    """
+    """Copy of the model in which random effects and modifiers with an unknown shape in `given` are again as in `given`."""
     return Model(
         tuple(
             old if not isinstance(old, Deterministic) and _has_open_shape(old) else new
@@ -216,8 +213,8 @@ def polish_line(
     """Frequency near `start`, Hz, at which a line with its harmonics has the largest ΔlogL.
 
     The lines are fitted to the ordinates `values` with the indices j. The result differs from `start` by at most about
-    `error` ordinates, that is `error`/2T with the duration T of the record. `start` is returned if ΔlogL rises by less
-    than 1e-3. If there are more than 12 `multiples`, only 12 of them are used.
+    `error` ordinates, that is `error`/2T with the duration T of the record. `start` is returned if ΔlogL rises by less than
+    1e-3. If there are more than 12 `multiples`, only 12 of them are used.
     """
     if len(multiples) > MAX_OPTIMIZED_LINES:
         # For a pulse train, a few of its lines determine the frequency.
@@ -237,10 +234,7 @@ def polish_line(
     ]
 
     def gains_apart(tried: Array) -> Array:
-        """Array of the ΔlogL at each base frequency in `tried` (Hz), summed over the line and its harmonics.
-
-        Each of these lines is fitted alone, to the ordinates near its frequency.
-        """
+        """ΔlogL at each base frequency in `tried` (Hz), summed over the line and its harmonics, each fitted alone."""
         total = np.zeros(tried.size)
         for m, own in zip(multiples, windows, strict=True):
             total += comb_gains(tried, [m], j[own], values[own], variance[own], data)
@@ -301,11 +295,10 @@ def _with_best_times(
 def _optimized_slow(
     effect: Deterministic, others: tuple[Deterministic, ...], noise: Noise, data: Data
 ) -> Deterministic:
-    """Copy of a slow function of time whose shapes are optimized, one after the other.
+    """Copy of a slow function of time whose shapes (times and time constants) are optimized, one after the other.
 
-    Shapes are times and time constants. The amplitudes of the other deterministic effects are fitted for each value.
-    A shape keeps its value if logL rises by less than 1e-3. If its grid starts at 0, it becomes 0 unless this lowers
-    logL by more than 1e-3.
+    The amplitudes of the other deterministic effects are fitted for each value. A shape keeps its value if logL rises by
+    less than 1e-3. If its grid starts at 0, it becomes 0 unless this lowers logL by more than 1e-3.
     """
     from scipy.optimize import minimize_scalar
 

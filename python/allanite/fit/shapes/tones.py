@@ -43,10 +43,7 @@ def effective_trials(band: Band) -> int:
 
 
 def _burst_lengths(size: int) -> NDArray[np.int64]:
-    """Array of the lengths of the time windows tried for bursts in a series of `size` values, in values, longest first.
-
-    They fall by `LENGTH_RATIO` from `MAX_BURST_FRACTION` of the series to about `MIN_BURST_VALUES` values.
-    """
+    """Lengths, in values, of the time windows tried for bursts in a series of `size` values, longest first."""
     most = MAX_BURST_FRACTION * size
     count = int(np.log(max(most / MIN_BURST_VALUES, 1.0)) / np.log(LENGTH_RATIO)) + 1
     return np.unique((most / LENGTH_RATIO ** np.arange(count)).astype(np.int64))[::-1]
@@ -117,9 +114,9 @@ def _summed(band: Band, frequency: float) -> NDArray[np.complex128]:
 
 
 def _gain(band: Band, total: NDArray[np.complex128], start: Any, end: Any) -> Array:
-    """Array of the ΔlogL of a burst between `start` and `end` (fractions of the record); 0 if its length is not allowed.
+    """ΔlogL of a burst between `start` and `end` (fractions of the record); 0 if its length is not allowed.
 
-    `total` are the cumulative sums of `_summed`. The length may be too short or too long.
+    `total` are the cumulative sums of `_summed`.
     """
     k = band.series.size
     places = np.arange(k + 1) / k
@@ -166,8 +163,8 @@ def polish_burst(
 ) -> Deterministic:
     """Copy of the tone burst with the frequency and times that maximize logL for the residual `ordinates`, shape (n,).
 
-    Without start and end, the strongest burst near its frequency is searched first. If the frequency has no value, that
-    of the largest ordinate is used. For a burst with values, the effect itself is returned if logL rises by less than 1e-3.
+    Without start and end, the strongest burst near its frequency is searched first. If the frequency has no value, that of
+    the largest ordinate is used. For a burst with values, the effect itself is returned if logL rises by less than 1e-3.
     """
     values, T = effect.values, data.duration
     f, start, end = values["frequency"], values["start"], values["end"]

@@ -43,15 +43,7 @@ MIN_CURVATURE = 0.1
 
 @dataclass(frozen=True)
 class Candidate:
-    """A sum of noise effects whose coefficients are fitted; the last effect may have a fitted exponent.
-
-    Attributes
-    ----------
-    effects : tuple of Stochastic
-        Effects without coefficients.
-    exponents : (float, float) or None
-        Range of the exponent of the last effect; None if no exponent is fitted.
-    """
+    """A sum of noise effects whose coefficients are fitted; the last has an exponent in the range `exponents`, if given."""
 
     effects: tuple[Stochastic, ...]
     exponents: tuple[float, float] | None = None
@@ -71,17 +63,8 @@ class Candidate:
 class FittedNoise:
     """The most likely noise of a candidate, and its uncertainty.
 
-    Attributes
-    ----------
-    candidate : Candidate
-    model : Model
-        The effects with fitted coefficients.
-    noise : StampedNoise
-        The fitted noise.
-    regressed : Regressed
-        Regression of the known functions under this noise.
-    price : float
-        Cost of the parameters in the evidence, ½ ln n for each (Schwarz 1978).
+    `regressed` is the regression of the known functions under this noise. `price` is the cost of the parameters in the
+    evidence, ½ ln n for each (Schwarz 1978).
     """
 
     candidate: Candidate
@@ -104,10 +87,7 @@ class FittedNoise:
         return np.asarray(np.exp(0.5 * self._parameters[: len(self.candidate.effects)]))
 
     def noise_of(self, coefficients: Array) -> StampedNoise:
-        """`StampedNoise` in which the effects have the standard deviations `coefficients` at the end of the record.
-
-        A fitted exponent is kept.
-        """
+        """`StampedNoise` in which the effects have the standard deviations `coefficients` at the end of the record."""
         parameters = self._parameters.copy()
         parameters[: coefficients.size] = 2.0 * np.log(np.maximum(coefficients, 1e-300))
         return self._at(parameters)
@@ -132,7 +112,7 @@ class FittedNoise:
 
     @cached_property
     def covariance(self) -> Array:
-        """Array: covariance matrix of the log-variances and the exponent, the inverse of the curvature of logL.
+        """Covariance matrix of the log-variances and the exponent, the inverse of the curvature of logL.
 
         The eigenvalues of the curvature are raised to at least 0.1. This limits the uncertainty where logL is nearly flat.
         """
@@ -159,23 +139,10 @@ def fit_noise(
     form: Callable[[Term, float, int], StampedNoise],
     start: FittedNoise | None = None,
 ) -> FittedNoise:
-    """`FittedNoise` with the most likely coefficients (and exponent) of a candidate.
+    """`FittedNoise` with the most likely coefficients (and exponent) of a candidate; `InputError` without noise.
 
-    Parameters
-    ----------
-    series : StampedSeries
-    candidate : Candidate
-    rate : float
-        Nominal sampling rate to which the terms of effects refer, Hz.
-    form : callable
-        `sampled_noise` or `integrated_noise`.
-    start : FittedNoise, optional
-        Fit of some of the effects; its values start the optimization.
-
-    Raises
-    ------
-    InputError
-        Samples without noise.
+    `rate` is the nominal sampling rate to which the terms of effects refer, Hz. `form` is `sampled_noise` or
+    `integrated_noise`. `start` is a fit of some of the effects.
     """
     parts = _NormalizedNoise.of(candidate, series, rate, form)
     parameters = np.concatenate([[0.0], _relative_log_variances(series, parts, start)])
@@ -198,15 +165,9 @@ def fit_noise(
 class _NormalizedNoise:
     """Noise of a candidate as a function of its log-variances, and of the exponent of its last effect.
 
-    Each part is normalized to the variance 1 at the end of the record, so that relevant ratios are near 1.
-
-    Attributes
-    ----------
-    candidate : Candidate
-    normalized : callable
-        Returns the noise of an effect at coefficient 1, and its weight: 1 over its variance at the end of the record.
-    fixed : list of (StampedNoise, float)
-        Noise and weight of the effects without a fitted exponent.
+    Each part is normalized to the variance 1 at the end of the record, so that relevant ratios are near 1. `normalized`
+    returns the noise of an effect at coefficient 1, and its weight: 1 over its variance at the end of the record. `fixed`
+    are those of the effects without a fitted exponent.
     """
 
     candidate: Candidate
@@ -223,8 +184,7 @@ class _NormalizedNoise:
     ) -> _NormalizedNoise:
         """`_NormalizedNoise`: noise of each effect of a candidate, scaled to the variance 1 at the end of a series.
 
-        `rate` is the nominal sampling rate, Hz. `form` computes the noise of a spectral term: `sampled_noise` or
-        `integrated_noise`. Of the series only its duration is used.
+        `rate` is the nominal sampling rate, Hz. Of the series only its duration is used.
         """
         length = float(series.times[-1] - series.times[0])
         n = max(16, int(np.ceil(length * rate)) + 1)
@@ -242,10 +202,7 @@ class _NormalizedNoise:
         return self.candidate.effects[-1].with_values(exponent=float(exponent))
 
     def at(self, parameters: Array) -> StampedNoise:
-        """`StampedNoise` with these parameters: ln of each effect's variance at the end of the record, then the exponent.
-
-        The exponent is that of the last effect, if it is fitted.
-        """
+        """`StampedNoise` with these parameters: ln of each effect's variance at the end of the record, exponent."""
         sizes = np.exp(parameters).tolist()
         parts = [
             part.scaled(weight * size)
@@ -257,11 +214,7 @@ class _NormalizedNoise:
         return sum_of_noises(parts)
 
     def model(self, parameters: Array) -> Model:
-        """`Model` of the candidate's effects, with the coefficients (in their units) that follow from `parameters`.
-
-        `parameters` holds ln of each effect's variance at the end of the record. If an exponent is fitted, the exponent of
-        the last effect follows.
-        """
+        """`Model` of the candidate's effects, with the coefficients (in their units) that follow from `parameters`."""
         effects, weights = list(self.candidate.effects), [weight for _, weight in self.fixed]
         if self.candidate.exponents is not None:
             effects[-1] = self._last(parameters[-1])
@@ -274,10 +227,9 @@ class _NormalizedNoise:
 def _relative_log_variances(
     series: StampedSeries, parts: _NormalizedNoise, start: FittedNoise | None
 ) -> Array:
-    """Array of the most likely log-variances relative to that of the first effect, then the exponent if it is fitted.
+    """Most likely log-variances relative to that of the first effect, then the exponent if it is fitted.
 
-    Variances are those at the end of the record. Empty for one effect without a fitted exponent. Ratios are limited to
-    e^±16. `start` is a fit of some of the effects, or None.
+    Variances are those at the end of the record. Ratios are limited to e^±16. `start` is a fit of some of the effects.
     """
     from scipy.optimize import minimize, minimize_scalar
 
@@ -287,11 +239,7 @@ def _relative_log_variances(
         return np.zeros(0)
 
     def loss(free: Array) -> float:
-        """Negative restricted log-likelihood, maximized over a common factor on the variances of all effects.
-
-        `free` holds the log-variance of each effect but the first, minus that of the first. If an exponent is fitted, the
-        exponent of the last effect follows.
-        """
+        """Negative restricted log-likelihood, maximized over a common factor on the variances of all effects."""
         stop_if_unwanted()
         parameters = np.concatenate([[0.0], np.asarray(free, dtype=float)])
         return -series.regressed(parts.at(parameters)).profiled
@@ -343,11 +291,11 @@ def power_law_exponent(effect: Stochastic) -> float | None:
 def _start_values(
     candidate: Candidate, start: FittedNoise | None, limits: Sequence[tuple[float, float]]
 ) -> Array:
-    """Array of the start values: ln of each variance over that of the first effect, then the exponent if it is fitted.
+    """Start values: ln of each variance over that of the first effect, then the exponent if it is fitted.
 
-    Without `start`, all variances are equal and the exponent is in the middle of its range. With a fit `start`, its
-    effects keep their variances, and new effects get 1/10 of the largest of them. The exponent, if fitted, starts at that
-    of `start`. If `start` has none and ends with B or K, it starts at −1 or −1.8. All values are clipped to `limits`.
+    Without `start`, all variances are equal and the exponent is in the middle of its range. With a fit `start`, its effects
+    keep their variances, and new effects get 1/10 of the largest of them. The exponent, if fitted, starts at that of
+    `start`. If `start` has none and ends with B or K, it starts at −1 or −1.8.
     """
     first = np.zeros(len(limits))
     sizes = len(candidate.effects)

@@ -50,19 +50,10 @@ def innovations(
 
 @dataclass(frozen=True, eq=False)
 class Regressed:
-    """Result of generalized least squares under one noise model.
+    """Result of generalized least squares of k functions under one noise model.
 
-    Attributes
-    ----------
-    log_likelihood : float
-        Restricted log-likelihood, nats.
-    amplitudes : ndarray, shape (k,)
-    covariance : ndarray, shape (k, k)
-        Covariance of `amplitudes` under the given noise.
-    squares : float
-        Sum of the squared innovations over their variances; its expectation is n − k.
-    freedom : int
-        Degrees of freedom, n − k.
+    `log_likelihood` is restricted. `covariance` is that of the amplitudes under the given noise. `squares` is the sum of
+    the squared innovations over their variances; its expectation is `freedom`, n − k.
     """
 
     log_likelihood: float
@@ -86,17 +77,7 @@ class Regressed:
 
 @dataclass(frozen=True, eq=False)
 class StampedSeries:
-    """Samples at arbitrary times, and known functions of time.
-
-    Attributes
-    ----------
-    times : ndarray, shape (n,)
-        Non-decreasing times, s.
-    values : ndarray, shape (n,)
-        Samples.
-    design : ndarray, shape (k, n)
-        Known functions at the times, including a constant.
-    """
+    """Samples at non-decreasing times, s, and known functions of time, `design`, shape (k, n), including a constant."""
 
     times: Array
     values: Array
@@ -133,22 +114,11 @@ class StampedSeries:
     def predicted(
         self, noise: StampedNoise, times: Array, design: Array, spreads: ArrayLike = np.inf
     ) -> tuple[Array, Array, Array]:
-        """Tuple (logL, mean, variance): restricted log-likelihood, and predicted mean and variance at later times.
+        """Tuple (logL, mean, variance): restricted log-likelihood, and predicted mean and variance at m later times.
 
-        Parameters
-        ----------
-        noise : StampedNoise
-        times : ndarray, shape (m,)
-            Ascending times after the last sample, s.
-        design : ndarray, shape (k, m)
-            Known functions at these times.
-        spreads : array_like, shape (s,), optional
-            Standard deviations of a normal prior of the last amplitude, with mean 0; infinite for a flat prior.
-
-        Returns
-        -------
-        tuple of three ndarrays
-            Shapes (), (m,), (m,), or for several spreads (s,), (s, m), (s, m).
+        `design`, shape (k, m), are the known functions at these ascending `times`, s. `spreads` are s standard deviations
+        of a normal prior of the last amplitude, with mean 0; infinite for a flat prior. The shapes are (), (m,), (m,), or
+        for several spreads (s,), (s, m), (s, m).
         """
         n, m = self.n, times.size
         columns = np.zeros((1 + len(self.design), n + m))
@@ -175,14 +145,8 @@ class StampedSeries:
     def last_slope(self, noise: StampedNoise, slopes: Array) -> tuple[float, float]:
         """Pair: predicted slope of the series at its last sample, and the variance of this prediction.
 
-        It is the slope of the known functions plus the sum of the processes whose integral the samples contain. White
-        noise and a random walk have no slope and are left out.
-
-        Parameters
-        ----------
-        noise : StampedNoise
-        slopes : ndarray, shape (k,)
-            Slopes of the known functions at the last sample.
+        It is the slope of the known functions plus the sum of the processes whose integral the samples contain. White noise
+        and a random walk have no slope and are left out. `slopes`, shape (k,), are those of the known functions there.
         """
         first, last = self.times[0], self.times[-1]
         summed = [
@@ -205,7 +169,7 @@ class StampedSeries:
 
 
 def _factor_of_products(functions: Array) -> Array:
-    """Array: lower triangular L, shape (k, k); L·Lᵀ holds the scalar products of the rows of `functions`, unit vectors.
+    """Lower triangular L, shape (k, k), for which L·Lᵀ holds the scalar products of the rows of `functions`, unit vectors.
 
     L is the Cholesky factor. If rows are nearly dependent, L is computed by a QR decomposition instead, which takes ten
     times as long. Diagonal elements may then be negative.

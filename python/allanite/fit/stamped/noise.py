@@ -28,14 +28,8 @@ POWER_LAW_EXPONENTS = {"blue": 2.0, "white": 0.0, "flicker": -1.0, "random_walk"
 class StampedNoise:
     """Sum of white noise, a random walk and Gauss–Markov processes (exponentially correlated noise).
 
-    Attributes
-    ----------
-    gauss_markov : tuple of (float, float, bool)
-        For each process: stationary variance, decay rate λ in 1/s, and True if the samples contain its integral.
-    walk : float
-        Variance of the random walk after 1 s.
-    white : float
-        Variance of the white noise of each sample.
+    `gauss_markov` has for each process its stationary variance, decay rate λ in 1/s, and True if the samples contain its
+    integral. `walk` is the variance of the random walk after 1 s, `white` that of the white noise of each sample.
     """
 
     gauss_markov: tuple[tuple[float, float, bool], ...] = ()
@@ -62,21 +56,10 @@ def sum_of_noises(parts: list[StampedNoise]) -> StampedNoise:
 
 
 def sampled_noise(term: Term, rate: float, n: int) -> StampedNoise:
-    """`StampedNoise` of samples that are the values of a spectral term.
+    """`StampedNoise` of samples that are the values of a spectral term, which refers to the sampling rate `rate`, Hz.
 
-    Parameters
-    ----------
-    term : Term
-        White, flicker, random walk, Gauss–Markov, or a power law of exponent −2 to 0.
-    rate : float
-        Sampling rate to which the term refers, Hz.
-    n : int
-        Number of samples of the record at that rate; determines the slowest process of a power law.
-
-    Raises
-    ------
-    InputError
-        A term of another kind.
+    The term is white, flicker, random walk, Gauss–Markov, or a power law of exponent −2 to 0. `n`, the number of samples of
+    the record at that rate, determines the slowest process of a power law.
     """
     process = _gauss_markov_of(term)
     if process is not None:
@@ -102,9 +85,9 @@ def _sampled_power_law(exponent: float, level: float, rate: float, n: int) -> St
 def integrated_noise(term: Term, rate: float, n: int) -> StampedNoise:
     """`StampedNoise` of samples that are the integral of a spectral term over time, e.g. the phase (s) of a clock.
 
-    `rate` is the nominal sampling rate, Hz, and `n` the number of samples. The integral of a Gauss–Markov process keeps
-    its density at frequencies far below the sampling rate. Quantization, and power laws with exponents above 0 up to 2,
-    become noise of the phase itself. Raises `InputError` for exponents outside −2 … 2 and for terms of any other kind.
+    The integral of a Gauss–Markov process keeps its density at frequencies far below the sampling rate. Quantization, and
+    power laws with exponents above 0 up to 2, become noise of the phase itself. `InputError` for exponents outside −2 … 2
+    and for terms of any other kind.
     """
     process = _gauss_markov_of(term)
     if process is not None:
@@ -132,10 +115,7 @@ def _gauss_markov_of(term: Term) -> tuple[float, float] | None:
 
 
 def _power_law_of(term: Term) -> tuple[float, float]:
-    """Pair: exponent and level of a term with the spectrum level · (2 sin(πf/rate))^exponent per sample.
-
-    Raises InputError for other terms.
-    """
+    """Pair: exponent and level of a term with the spectrum level · (2 sin(πf/rate))^exponent per sample."""
     name, numbers = term.kernel
     if name == "power_law":
         return numbers[0], numbers[1]
@@ -152,8 +132,8 @@ def _unsupported(process: object) -> InputError:
 def _noise_of_bank(bank: list[tuple[float, float]], level: float, rate: float) -> StampedNoise:
     """`StampedNoise`: sum of first-order autoregressive processes of samples at `rate` Hz.
 
-    `bank` lists (decay factor per sample, variance) of each process. `level` multiplies all variances. A decay factor of
-    0 is white noise.
+    `bank` lists (decay factor per sample, variance) of each process. `level` multiplies all variances. A decay factor of 0
+    is white noise.
     """
     gauss_markov = tuple(
         (level * v, -float(np.log(phi)) * rate, False) for phi, v in bank if phi > 0.0
@@ -162,11 +142,7 @@ def _noise_of_bank(bank: list[tuple[float, float]], level: float, rate: float) -
 
 
 def _integral_of_bank(bank: list[tuple[float, float]], level: float, rate: float) -> StampedNoise:
-    """`StampedNoise` of the integral over time of first-order autoregressive processes of samples at `rate` Hz.
-
-    `bank` lists (decay factor per sample, variance) of each process. `level` multiplies all variances. A process with the
-    decay factor 0 is white, and its integral is a random walk.
-    """
+    """`StampedNoise` of the integral of the processes of `_noise_of_bank`; that of white noise is a random walk."""
     gauss_markov, walk = [], 0.0
     for phi, v in bank:
         if phi <= 0.0:

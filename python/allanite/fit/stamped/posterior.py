@@ -46,14 +46,8 @@ def posterior_points(
 ) -> tuple[Array, list[T]]:
     """Pair: weights of posterior points, shape (p,), with sum 1, and list of what `evaluate` returns for each point.
 
-    A point is a set of noise coefficients, drawn by adaptive importance sampling around the fit.
-
-    Parameters
-    ----------
-    best : FittedNoise
-        A candidate without a fitted exponent.
-    evaluate : callable
-        Returns the log-likelihood of a noise, and the value.
+    A point is a set of noise coefficients, drawn by adaptive importance sampling around the fit, which must have no fitted
+    exponent. `evaluate` returns the log-likelihood of a noise, and the value.
     """
 
     def at(coefficients: Array) -> tuple[float, T]:
@@ -92,7 +86,7 @@ def posterior_points(
 
 
 def _widths(best: Array, log_likelihood: Callable[[Array], float]) -> Array:
-    """Array of the step in each coefficient alone, from `best`, that lowers logL by a quarter to one nat, shape (k,).
+    """Step in each coefficient alone, from `best`, that lowers logL by a quarter to one nat, shape (k,).
 
     A search ends after 14 steps, with the last step tried.
     """
@@ -121,10 +115,7 @@ def _widths(best: Array, log_likelihood: Callable[[Array], float]) -> Array:
 
 
 def _students(dimensions: int, count: int) -> Array:
-    """Array of points of the multivariate t distribution with unit scale, from a Halton sequence, (count, dimensions).
-
-    It has `PROPOSAL_FREEDOM` degrees of freedom.
-    """
+    """Points of the multivariate t distribution with unit scale, from a Halton sequence, shape (count, dimensions)."""
     from scipy.special import ndtri
     from scipy.stats import chi2, qmc
 
@@ -135,9 +126,9 @@ def _students(dimensions: int, count: int) -> Array:
 
 
 def _log_density(places: Array, mean: Array, root: Array) -> Array:
-    """Array of the log-density of the absolute values of a Student t vector at `places`, up to a constant, shape (p,).
+    """Log-density of the absolute values of a Student t vector at `places`, shape (p, k), up to a constant, shape (p,).
 
-    `places` has the shape (p, k). The vector has the center `mean` and the matrix root `root` of its scale.
+    The vector has the center `mean` and the matrix root `root` of its scale.
     """
     k = mean.size
     parts = []

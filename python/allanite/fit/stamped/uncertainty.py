@@ -18,10 +18,7 @@ if TYPE_CHECKING:
 
 
 def amplitude_errors(best: FittedNoise) -> tuple[Array, Array]:
-    """Pair of arrays, shape (k,): standard errors of amplitudes, and their degrees of freedom.
-
-    The errors include the uncertainty of the noise parameters.
-    """
+    """Pair of arrays, shape (k,): standard errors of amplitudes, with that of the noise, and their degrees of freedom."""
     neighbors = [
         (low.amplitudes, low.covariance.diagonal()) for pair in best.neighbors for low in pair
     ]

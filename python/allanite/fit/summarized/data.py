@@ -52,14 +52,10 @@ CACHE_BYTES = 1 << 23
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SummaryBins(Bins):
-    """Bins of the summarized record: the lowest contain single ordinates, the others the power of segments.
+    """Bins of the summarized record: the `known` lowest contain single ordinates, the others the power of segments.
 
-    Attributes
-    ----------
-    known : int
-        Number of bins with single ordinates.
-    folds : ndarray, shape (FOLDS + 1, 2, bins − known)
-        Number of ordinates and mean power of each other bin: first of all coefficients, then of each fold.
+    `folds`, shape (FOLDS + 1, 2, bins − known), are the number of ordinates and mean power of each other bin: first of all
+    coefficients, then of each fold.
     """
 
     known: int
@@ -68,7 +64,7 @@ class SummaryBins(Bins):
     __repr__ = brief
 
     def power(self, ordinates: Array) -> Array:
-        """Array of the mean power of each bin, shape (bins,).
+        """Mean power of each bin, shape (bins,).
 
         Low bins take it from the squared `ordinates`, higher ones from the transforms of segments in the summary.
         """
@@ -79,9 +75,8 @@ class SummaryBins(Bins):
     def folded(self, ordinates: Array, folds: int) -> tuple[Array, Array]:
         """Pair (number, sum of squares) of the ordinates in each fold and bin, two arrays of shape (folds, bins).
 
-        Folds are the parts of a cross-validation. Fold k contains the ordinates with index modulo `folds` equal to k.
-        Bins without single ordinates contain coefficients of the transforms of segments instead, divided in the same
-        way. `folds` must be `FOLDS`.
+        Fold k of a cross-validation contains the ordinates with index modulo `folds` equal to k. Bins without single
+        ordinates contain coefficients of the transforms of segments instead. `folds` must be `FOLDS`.
         """
         edges, count = self.edges[: self.known + 1], self.count[: self.known]
         low = Bins(self.n, edges, count, self.nodes, self.owner, self.groups)
@@ -113,7 +108,7 @@ class SummaryData(Data):
         return self.summary.missing / self.summary.n
 
     def factors(self) -> NDArray[np.int64]:
-        """Array of the averaging factors of the Allan curve of the summary, in samples, at most a third of the record.
+        """Averaging factors of the Allan curve of the summary, in samples, at most a third of the record.
 
         Factors at which gaps left out at least half of the differences are excluded, unless at least 16 kept low-rate
         samples lie within τ.
@@ -124,12 +119,11 @@ class SummaryData(Data):
         return np.asarray(m[shown & (m <= max(1, self.n // 3))])
 
     def deviation(self, factors: NDArray[np.int64], subtracted: Array | None = None) -> Array:
-        """Array of the overlapping Allan deviation of the record, U, at the averaging `factors`, shape of `factors`.
+        """Overlapping Allan deviation of the record minus the signal `subtracted`, U, at the averaging `factors`.
 
-        The signal `subtracted` is first subtracted; None subtracts nothing. Without it, the result is what the summary
-        accumulated. The kept low-rate samples are used instead for τ with at least 16 of them, if gaps left out
-        differences or if there is a signal. At shorter τ, the Allan variance of the signal is subtracted from the
-        accumulated one. At least 1e-6 of the accumulated variance remains.
+        Without a signal, the result is what the summary accumulated. The kept low-rate samples are used instead for τ with
+        at least 16 of them, if gaps left out differences or if there is a signal. At shorter τ, the Allan variance of the
+        signal is subtracted from the accumulated one. At least 1e-6 of the accumulated variance remains.
         """
         curve: Deviation = self.summary.oadev()
         at = np.searchsorted(curve.factors, factors)
@@ -145,7 +139,7 @@ class SummaryData(Data):
         return np.asarray(np.sqrt(np.maximum(taken, 1e-6 * found**2)))
 
     def deviation_of(self, signal: Array, factors: NDArray[np.int64]) -> Array:
-        """Array of the overlapping Allan deviation of a slow signal sampled at `time`, at `factors`.
+        """Overlapping Allan deviation of a slow signal sampled at `time`, at `factors`.
 
         Below the interval of the kept samples the deviation is extrapolated in proportion to τ.
         """
@@ -159,18 +153,9 @@ class SummaryData(Data):
         return Maps(self.reading, self.rate, self.summary.start, self.summary.n)
 
     def octaves(self, expected: Any, relative_power: Any) -> list[tuple[int, int, Array, float]]:
-        """List of (first ordinate, end ordinate, power, number), one for each octave, highest first.
+        """List of (first ordinate, end ordinate, power, number), one for each octave with segments, highest first.
 
-        Of these octaves, a summary keeps no single ordinates but mean squares over time. `power` is an array: the mean
-        square in each of 160 equal time cells, divided by its expectation. `number` is how many ordinates there are per
-        cell. Octaves without segments are omitted.
-
-        Parameters
-        ----------
-        expected : callable
-            Maps ordinates j to the expected density, U² per sample.
-        relative_power : callable
-            Maps ordinates and times to the expected power relative to this density, shape (times, ordinates).
+        The arguments and the values are those of `Data.octaves`, with 160 time cells.
         """
         out, maps = [], self.maps
         cut = self.n
@@ -200,11 +185,7 @@ class SummaryData(Data):
         return round(LOW * self.n / (SEGMENT << level))
 
     def at_octave_resolution(self, power: Array, first: int) -> Array:
-        """`power` over time with the coarser resolution at which the summary stores one octave, same shape (160,).
-
-        `power` has one value for each of 160 equal time cells. Each value is replaced by the mean over the stored time
-        block around it. `first` is the first ordinate of the octave. If no octave begins there, `power` is returned.
-        """
+        """`power`, in 160 time cells, averaged within the stored blocks of the octave that begins at `first`."""
         levels = range(len(self.reading.octaves))
         level = next((level for level in levels if self._first_of(level) == first), None)
         return power if level is None else self.maps.at_octave_resolution(power, level)
@@ -245,10 +226,10 @@ class SummaryData(Data):
 
 
 def _interpolated(samples: Array, factors: NDArray[np.int64], factor: int, rate: float) -> Array:
-    """Array of the overlapping Allan deviation of kept low-rate samples, at averaging `factors` in samples of the record.
+    """Overlapping Allan deviation of kept low-rate samples, at averaging `factors` in samples of the record.
 
-    `rate` is that of the record, and `factor` is its number of samples per kept sample. The deviation is computed at up to
-    160 averaging factors of the kept samples. It is interpolated linearly in ln τ and ln deviation, and constant outside.
+    `rate` is that of the record, and `factor` is its number of samples per kept sample. The deviation is interpolated
+    linearly in ln τ and ln deviation, and constant outside.
     """
     top = samples.size // 3
     m = np.unique(np.round(np.geomspace(1, top, 160)).astype(np.int64))
@@ -258,13 +239,7 @@ def _interpolated(samples: Array, factors: NDArray[np.int64], factor: int, rate:
 
 
 def require_summary_supports(summary: Summary, model: Model, method: str) -> None:
-    """Raise InputError if a fit needs single samples, which a summary does not keep.
-
-    Raises
-    ------
-    InputError
-        A method other than whittle, excluded samples, or a line above the frequencies whose phase is kept.
-    """
+    """Raise InputError if a fit needs single samples, which a summary does not keep."""
     if method != "whittle":
         raise InputError(
             f"method {method!r} needs samples, which a summary of this length does not keep"
@@ -289,13 +264,7 @@ def phase_limit(reading: Reading, rate: float) -> float:
 
 
 def of_summary(summary: Summary) -> SummaryData:
-    """`SummaryData` of a one-column summary without single samples, prepared for fitting.
-
-    Raises
-    ------
-    TooShortError
-        Constant samples, or no samples.
-    """
+    """`SummaryData` of a one-column summary without single samples; `TooShortError` for constant or no samples."""
     reading = summary.reading()
     factor, depth = reading.factor, len(reading.octaves)
     samples = fill_missing(reading.samples)
@@ -327,11 +296,10 @@ def of_summary(summary: Summary) -> SummaryData:
 
 
 def _power_in_folds(reading: Reading, bins: Bins, known: int) -> Array:
-    """Array of (number of ordinates, mean power) of each bin without single ordinates, shape (FOLDS + 1, 2, bins − known).
+    """(Number of ordinates, mean power) of each bin without single ordinates, shape (FOLDS + 1, 2, bins − known).
 
-    `known` is the number of bins with single ordinates. The power comes from the cosine transforms of time segments,
-    with spectral lines removed. Entry 0 of the first axis uses all coefficients of these transforms. Entry k + 1 uses
-    those whose index modulo `FOLDS` is k (fold k of a cross-validation).
+    The power comes from the cosine transforms of time segments, with spectral lines removed. Entry 0 of the first axis uses
+    all coefficients of these transforms. Entry k + 1 uses those whose index modulo `FOLDS` is k.
     """
     edges, power, place = [], [], []
     for level in reversed(range(len(reading.octaves))):

@@ -24,17 +24,9 @@ TIME_CELLS = 160
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Maps:
-    """Power over time of a summary on the time axis of its record.
+    """Power over time of a summary on the time axis of its record, of n samples at `rate` Hz.
 
-    Attributes
-    ----------
-    reading : Reading
-    rate : float
-        Sampling rate, Hz.
-    start : int
-        Index of the record's first sample in its stream.
-    n : int
-        Number of samples of the record.
+    `start` is the index of the record's first sample in its stream.
     """
 
     reading: Reading
@@ -56,20 +48,16 @@ class Maps:
         return np.linspace(0.0, self.n, TIME_CELLS + 1)
 
     def edges(self, blocks: Blocks, level: int) -> Array:
-        """Array of the edges of successive time `blocks` of octave `level`, in samples of the record, shape (blocks + 1,).
+        """Edges of successive time `blocks` of octave `level`, in samples of the record, shape (blocks + 1,).
 
-        Each block holds one mean power of the octave. Sample 0 is the first of the record. Edges outside the record are
-        moved to its ends.
+        Edges outside the record are moved to its ends.
         """
         size = float((TILE << blocks.size) << level)
         edges = (blocks.first + np.arange(blocks.frames.size + 1)) * size - self.start
         return np.asarray(edges.clip(0.0, self.n))
 
     def at_octave_resolution(self, power: Array, level: int) -> Array:
-        """Array like `power`, averaged within the time blocks for which the summary keeps the power of octave `level`.
-
-        `power` has one value for each of 160 equal time cells, shape (TIME_CELLS,).
-        """
+        """`power` in 160 equal time cells, averaged within the time blocks for which the summary keeps octave `level`."""
         edges = np.unique(self.edges(self.reading.octaves[level].blocks, level))
         # Incomplete blocks at the ends are joined with their neighbor.
         edges[0], edges[-1] = 0.0, self.n
@@ -89,7 +77,7 @@ class SectionsOfSummary:
         self.maps, self.number, self.limits = maps, number, maps.limits
 
     def cells(self, within: tuple[float, float], _step: float) -> Cells:
-        """`Cells`: power of each section in the stored frequency cells that lie between the two frequencies `within`, Hz.
+        """`Cells`: power of each section in the stored frequency cells between the two frequencies `within`, Hz.
 
         The width of the cells is fixed by the summary; `_step` is not used.
         """
@@ -114,10 +102,7 @@ class SectionsOfSummary:
 
 
 def redistributed(values: Array, edges: Array, others: Array) -> Array:
-    """Array of the sums in cells with the edges `others`, from the sums `values` in cells with the edges `edges`.
-
-    Each value is spread evenly over its cell.
-    """
+    """Sums in cells with the edges `others`, from the sums `values` in cells with the edges `edges`, spread evenly."""
     return np.diff(np.interp(others, edges, np.concatenate([[0.0], np.cumsum(values)])))
 
 

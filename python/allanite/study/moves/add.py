@@ -116,9 +116,9 @@ def _first_tolerable_pair(
 def is_already_explained(suggestion: Suggestion, fit: Fit) -> bool:
     """True if the model needs no further effect for this suggestion.
 
-    This holds if the model has an effect at the same feature of the spectrum, or excludes a segment in which the
-    suggested effect mostly lies. It also holds if the suggestion would replace another effect, or if its kind may occur
-    only once and the model has it.
+    This holds if the model has an effect at the same feature of the spectrum, or excludes a segment in which the suggested
+    effect mostly lies. It also holds if the suggestion would replace another effect, or if its kind may occur only once and
+    the model has it.
     """
     effect = suggestion.effect
     if suggestion.gives_way or (effect.single and any(e.kind == effect.kind for e in fit.model)):

@@ -31,11 +31,8 @@ if TYPE_CHECKING:
 def without_needless(before: State, after: State, needed: Collection[str]) -> State | None:
     """`State` without the effects that the last addition makes needless; None if no effect is removed.
 
-    No effect is removed
-
-    * if no effect is needless (kinds in `needed` never are),
-    * if an error would rise beyond its scatter,
-    * if a needless effect is detected, and the Allan error would rise above its expected scatter.
+    No effect is removed if an error would rise beyond its scatter, or if a needless effect is detected and the Allan error
+    would rise above its expected scatter. Kinds in `needed` are never needless.
     """
     less = without_needless_effects(before, after, needed)
     lost = less.lost_since(after)
@@ -73,8 +70,8 @@ def without_needless_effects(before: State, after: State, needed: Collection[str
 def _is_line_needed_as_before(before: State, after: State, number: int) -> bool:
     """True if the effect with this `number` is a line in both states, and `after` still needs the line.
 
-    The gain of the score if the line is dropped, with all shapes fixed, must not rise by 0.5 nats or more from `before`
-    to `after`. False for other effects and for new lines.
+    The gain of the score if the line is dropped, with all shapes fixed, must not rise by 0.5 nats or more from `before` to
+    `after`.
     """
     place = after.numbers.index(number)
     if number not in before.numbers or not after.fit.model.effects[place].periodic:
@@ -90,8 +87,7 @@ def models_with_one_dropped(
 ) -> Iterator[tuple[float, tuple[int, ...], Model]]:
     """Iterator over (expected gain, (index,), model): one model for each added effect that may be dropped, without it.
 
-    The gain is the expected rise of the score in nats. `index` is the position of the dropped effect in the last model.
-    Only effects that the search added are dropped, and no effect of a kind in `needed`.
+    The gain is the expected rise of the score in nats. No effect of a kind in `needed` is dropped.
     """
     fit = state.fit
     for place in state.added:
@@ -103,8 +99,8 @@ def models_with_one_dropped(
 def gain_without(fit: Fit, place: int, less: Solution) -> float:
     """Rise of the score, nats, if the effect at index `place` is dropped; positive if the model without it is better.
 
-    The rise is that of the log evidence, minus the prior of the effect; positive priors count as 0. `less` is the
-    solution without the effect.
+    The rise is that of the log evidence, minus the prior of the effect; positive priors count as 0. `less` is the solution
+    without the effect.
     """
     return evidence_gain(less, fit.solution, fit.data) - min(prior(fit.model.effects[place]), 0.0)
 
@@ -137,10 +133,7 @@ def _fit_if_needless(fit: Fit, place: int, given: bool) -> Fit | None:
         least = min_detected_delta_logl(own.effect, amplitudes)
 
     def gains(less: Solution) -> float:
-        """Amount, nats, by which a solution without the effect exceeds the limit for dropping it; positive if needless.
-
-        The limit is a score gain of 0.5. For a `given` or an undetected effect it is a fall of logL by `least`.
-        """
+        """Amount, nats, by which a solution without the effect exceeds the limit for dropping it; positive if needless."""
         if given or undetected:
             return less.log_likelihood - fit.solution.log_likelihood + least
         return gain_without(fit, place, less) - MIN_SCORE_GAIN

@@ -67,7 +67,7 @@ def must_merge_levels(state: State) -> bool:
     """True if the changes of the noise level that the search added must become one effect.
 
     At most two changes may stay separate, and two only if each is an interval after which the level returns to its first
-    value. False for fewer than two changes.
+    value.
     """
     changes, _ = _added_level_changes(state)
     intervals = all(len(e.switches[0]) == 2 and e.switches[1][-1] == 1.0 for e in changes)

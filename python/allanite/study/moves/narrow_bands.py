@@ -33,9 +33,8 @@ if TYPE_CHECKING:
 def with_harmonics_or_side_bands(before: State, after: State) -> State:
     """`State` in which a newly added narrow band also has harmonics or side bands; `after` if neither helps.
 
-    The new band is the last effect of `after`. If it has side bands, a modulated band replaces it. Otherwise its
-    harmonics are added. A result that lets an error rise beyond its scatter is not used. `after` also if the last effect
-    is no narrow band.
+    The new band is the last effect of `after`. If it has side bands, a modulated band replaces it. Otherwise its harmonics
+    are added. A result that lets an error rise beyond its scatter is not used.
     """
     place = len(after.fit.model) - 1
     band = after.fit.model.effects[place]
@@ -65,10 +64,7 @@ def _has_moving_frequency(fit: Fit, band: Effect) -> bool:
 
 
 def _modulated_effect(band: Effect, rate: float, depth: float) -> Stochastic | None:
-    """Effect of the catalog that is the `band` with sidebands at ±`rate` Hz and modulation `depth`.
-
-    None if no kind has it.
-    """
+    """Effect of the catalog that is the `band` with sidebands at ±`rate` Hz and modulation `depth`; or None."""
     kinds = (cls for cls in CATALOG if issubclass(cls, Stochastic))
     made = (cls.like(band, modulation=rate, depth=depth) for cls in kinds)
     return next((effect for effect in made if effect is not None), None)
@@ -119,10 +115,9 @@ def _with_harmonics(fit: Fit, effect: Effect) -> Fit:
 def _with_side_bands(state: State, place: int) -> State:
     """`State` in which a modulated band replaces the band at index `place`; or the same state.
 
-    The same state if no side bands are found, or if the band is not narrow. Side bands lie at equal distances on both
-    sides of the band, and have its width. The distance at which their power stands out most is tried. The score must
-    rise by more than 3 nats plus ln of the number of possible distances. It must also be higher than with a separate
-    band on only one side.
+    Side bands lie at equal distances on both sides of a narrow band, and have its width. The distance at which their power
+    stands out most is tried. The score must rise by more than 3 nats plus ln of the number of possible distances. It must
+    also be higher than with a separate band on only one side.
     """
     fit = state.fit
     effect, data = fit.model.effects[place], fit.data
@@ -172,10 +167,10 @@ def _with_side_bands(state: State, place: int) -> State:
 def _mean_power_beside(
     fit: Fit, band: Effect, middle: int, half: int, first: int, last: int
 ) -> NDArray[np.float64]:
-    """Array of the mean relative power at each distance from the middle of a band, below and above it.
+    """Mean relative power at each distance from the middle of a band, below and above it, shape (2, distances).
 
-    Its shape is (2, distances). The distances are `first` … `last` ordinates; each mean is over `half` ordinates on
-    either side. It is 0 at the peaks of other effects of the model, which are no side bands.
+    The distances are `first` … `last` ordinates; each mean is over `half` ordinates on either side. It is 0 at the peaks of
+    other effects of the model, which are no side bands.
     """
     total = np.cumsum(_relative_power(fit)[middle - last - 2 * half : middle + last + 2 * half + 1])
     mean = (total[2 * half :] - np.append(0.0, total[: -2 * half - 1])) / (2 * half + 1)

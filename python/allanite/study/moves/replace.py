@@ -20,9 +20,8 @@ if TYPE_CHECKING:
 def models_with_replacement(fit: Fit) -> Iterator[tuple[float, tuple[int, ...], Model]]:
     """Iterator over (expected gain, indices, model): models in which an alternative replaces one or two detected effects.
 
-    The gain is the expected rise of the score, nats. `indices` are the positions of the replaced effects in the old
-    model. Two effects are replaced together only if both are slow processes. The new effects are the last of the new
-    model.
+    The gain is the expected rise of the score, nats. `indices` are those of the replaced effects in the old model. Two
+    effects are replaced together only if both are slow processes. The new effects are the last of the new model.
     """
     for lead, places, solution in fit.alternatives_to_pairs:
         yield _expected_gain(fit, lead, solution.model), places, solution.model
@@ -44,11 +43,10 @@ def _expected_gain(fit: Fit, lead: float, model: Model) -> float:
 
 
 def models_with_split(fit: Fit) -> Iterator[tuple[float, tuple[int, ...], Model]]:
-    """Iterator over (expected gain, indices, model): models in which two effects replace one.
+    """Iterator over (expected gain, indices, model): models in which two effects replace a detected one.
 
     The gain is the rise of log evidence of the refit, plus the smaller prior of the two effects, minus the prior of the
-    replaced effect, nats. The tuple has the index of the replaced effect. Only detected effects are replaced. The new
-    effects are the last of the model.
+    replaced effect, nats. The new effects are the last of the model.
     """
     for place, out in enumerate(fit.model.effects):
         if not is_detected(fit, place):
@@ -66,8 +64,8 @@ def models_with_split(fit: Fit) -> Iterator[tuple[float, tuple[int, ...], Model]
 def may_take_the_place(effect: Effect, out: Effect) -> bool:
     """True if `effect` may replace `out` because of a higher score alone.
 
-    False in three cases: `effect` is an event and `out` is not; `effect` is a filter, and `out` is neither a filter nor
-    a broad hump; `effect` has no physical name.
+    False in three cases: `effect` is an event and `out` is not; `effect` is a filter, and `out` is neither a filter nor a
+    broad hump; `effect` has no physical name.
     """
     # The evidence of an event is not corrected for the many times that were tried.
     event = effect.happens_once and not out.happens_once
