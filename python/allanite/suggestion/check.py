@@ -179,10 +179,7 @@ class Check:
         return f"Check({self.fit.recording.columns[0]}, {self.fit.model.name}: {words})"
 
     def _repr_html_(self) -> str:
-        """HTML of the fit, where it fails, and the significant suggestions, for notebooks.
-
-        If no suggestion is significant, the table has the best two.
-        """
+        """HTML of the fit, where it fails, and the significant suggestions, or else the best two, for notebooks."""
         from allanite.common.showing import html_list, html_table
 
         where = self.left or [self.nowhere]
@@ -213,11 +210,7 @@ def evidence_text(s: Suggestion) -> str:
 
 
 def _suggestion_lines(rank: int, s: Suggestion) -> list[str]:
-    """List of the lines of one suggestion in the printed check: explanation, evidence, alternatives, how to confirm it.
-
-    The line of alternatives is omitted if there are none. The evidence of a significant suggestion includes the
-    percentage of the unexplained misfit that it removes. `rank` is the printed number of the suggestion.
-    """
+    """List of the lines of one suggestion in the printed check: explanation, evidence, alternatives, how to confirm it."""
     costly = s.p_value < FALSE_ALARM_PROBABILITY
     mark = " (its parameters cost more than it explains)" if costly else " (not significant)"
     mark = "" if s.significant else mark

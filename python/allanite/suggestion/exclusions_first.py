@@ -45,10 +45,10 @@ def disturbance_goes_first(
     """True if the suggestion `out` excludes a segment and must be added before all other suggestions in `found`.
 
     This holds for a stuck value, and for a loud segment that no other significant suggestion with an effect at certain
-    times explains. Such an effect explains the segment if, with it, the ΔlogL of separate noise levels in the segment
-    falls below 14 nats or 10 % of its value (50 % for scattered outliers). False if `out` is not significant or has no
-    segment. False as well if the best process is a wandering line that does not come from the segment. Frequencies
-    that such a line seldom visits are loud for a short time without a disturbance.
+    times explains. Such an effect explains the segment if, with it, the ΔlogL of separate noise levels in the segment falls
+    below 14 nats or 10 % of its value (50 % for scattered outliers). False as well if the best process is a wandering line
+    that does not come from the segment. Frequencies that such a line seldom visits are loud for a short time without a
+    disturbance.
     """
     effect, data = out.effect, fit.data
     if not out.significant or effect.when is None:
@@ -62,11 +62,7 @@ def disturbance_goes_first(
     first, last = ((t - data.start) / data.duration for t in effect.when)
 
     def remaining_delta_logl(one: Fit) -> float:
-        """ΔlogL, nats, of another noise level in the segment than outside, with the model of the fit `one`.
-
-        The samples are whitened by the model of the fit `one`. Each octave of frequency has its own level in the
-        segment.
-        """
+        """ΔlogL, nats, of another noise level in each octave of the segment, whitened by the model of the fit `one`."""
         return delta_logl_of_octave_levels(
             octaves_of(whitened_by(one).with_normal_tails), first, last
         )
@@ -74,12 +70,7 @@ def disturbance_goes_first(
     risen = remaining_delta_logl(fit)
 
     def explains(one: Suggestion) -> bool:
-        """True if the model of the suggestion `one` explains the loud segment.
-
-        Little difference of noise level then remains in the segment. The remaining ΔlogL (`remaining_delta_logl`) must
-        be below 14 nats, or below 10 % of the value without the suggestion. The 10 % are 50 % if `one` excludes
-        scattered outliers.
-        """
+        """True if little difference of noise level remains in the segment with the model of the suggestion `one`."""
         share = MAIN_SHARE if _is_scattered(one.effect, data) else MAX_EXPLAINED_REMAINDER
         # Stationary noise of any spectrum is equally loud at all times, up to a few nats by chance.
         return remaining_delta_logl(one.found) < max(share * risen, MIN_DISTURBANCE_DELTA_LOGL)
@@ -100,13 +91,11 @@ def outliers_go_first(
 ) -> bool:
     """True if the suggestion `out` excludes outliers and must be added before all other suggestions in `found`.
 
-    Outliers go first if their score is far above that of every other significant suggestion (`is_far_ahead`). Otherwise
-    two conditions must hold:
+    Outliers go first if their score is far above that of every other significant suggestion (`is_far_ahead`). Otherwise two
+    conditions must hold:
 
     * The outliers lie only at the ends of the record, or in a few clusters, or explain the best process or filter.
     * No other significant suggestion with an effect at certain times removes more than 90 % of the outliers' power.
-
-    False if `out` excludes no samples.
     """
     # A settling that begins high above the noise, or a loud segment, makes the first samples stand out. A tap looks like
     # a resonance, and lost samples look like a fast Gauss–Markov process.
@@ -123,8 +112,7 @@ def outliers_go_first(
     def power(one: Fit) -> float:
         """Sum of squares of the outliers after whitening by the model of the fit `one`.
 
-        If all outliers lie at the ends of the record, which are not whitened, the sum of squares of their
-        `end_outlier_scores`.
+        If all outliers lie at the ends of the record, which are not whitened, that of their `end_outlier_scores`.
         """
         if ends:
             return float(np.sum(end_outlier_scores(one.solution, one.data) ** 2))
@@ -158,8 +146,7 @@ def _is_clustered(taken: NDArray[np.bool_]) -> bool:
 def _causes_best_process(out: Suggestion, found: list[Suggestion]) -> bool:
     """True if the outliers that `out` excludes cause the best significant process or filter in `found`.
 
-    This holds if its ΔlogL falls by more than 90 % once the outliers are excluded. The best one has the highest score.
-    False without a significant process or filter.
+    This holds if its ΔlogL falls by more than 90 % once the outliers are excluded.
     """
     best = _best_process(found)
     if best is None:
@@ -184,7 +171,7 @@ def explained_by_process(
     """True if the best significant process or filter in `found` explains a change of level: its ΔlogL falls by over half.
 
     A missing band may make up most of the whitened power, so that a change of the band looks like a change of all noise.
-    False without such a process, or if `level` changes only one band.
+    False if `level` changes only one band.
     """
     best, effect = _best_process(found), level.effect
     if best is None or not isinstance(effect, Modifier) or effect.band is not None:

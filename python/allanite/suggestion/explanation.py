@@ -21,8 +21,8 @@ if TYPE_CHECKING:
 def explain(effect: Effect, found: Fit, before: Fit, note: str = "") -> str:
     """Text of sentences: name and values of the effect, its share of the Allan variance and at which τ, its physics.
 
-    `found` is the fit whose last effect is `effect`, `before` the fit without it. `note` precedes the physics; without
-    a note, differing slopes of a followed column are mentioned. The share is omitted for modifiers.
+    `found` is the fit whose last effect is `effect`, `before` the fit without it. `note` precedes the physics; without a
+    note, differing slopes of a followed column are mentioned.
     """
     values = found.estimates_of_last
     numbers = ", ".join(
@@ -78,10 +78,7 @@ def _value_text(name: str, value: Estimate) -> str:
 
 
 def _slopes_sentence(effect: Effect, found: Fit) -> str:
-    """Sentence that an effect which follows a logged column has different slopes at slow and fast time scales; or "".
-
-    "" if the slopes differ by less than 2 standard errors, or if the effect follows no column with a single slope.
-    """
+    """Sentence that an effect which follows a logged column has different slopes at slow and fast time scales; or ""."""
     if effect.follows is None:
         return ""
     last = found.model.deterministic[-1]

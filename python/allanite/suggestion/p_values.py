@@ -26,19 +26,12 @@ from allanite.suggestion.constants import (
 class Family:
     """Candidates that were searched together and share one false-alarm probability.
 
-    Attributes
-    ----------
-    name : str
-    arcs : tuple of float
-        For each kind tried, the angle its direction turns along its grid (0: a single direction).
-    sides : int
-        1 for coefficients that cannot be negative, 2 for amplitudes of either sign.
-    width : float
-        W of a search over all frequencies; 0 for the others.
-    scatter : str
-        An unmodeled change of the noise level raises ΔlogL by chance. ``"spectrum"``: ΔlogL is divided by the
-        overdispersion of the spectrum. ``"time"``: by the largest relative noise power at any time. ``"none"``: it is not
-        divided, because the screen has considered the level.
+    `arcs` are, for each kind tried, the angle its direction turns along its grid (0: a single direction). `sides` is 1 for
+    coefficients that cannot be negative, 2 for amplitudes of either sign. `width` is W of a search over all frequencies.
+
+    An unmodeled change of the noise level raises ΔlogL by chance. With the `scatter` ``"spectrum"``, ΔlogL is divided by
+    the overdispersion of the spectrum, with ``"time"`` by the largest relative noise power at any time. With ``"none"`` it
+    is not divided, because the screen has considered the level.
     """
 
     name: str
@@ -51,9 +44,8 @@ class Family:
 def log_p_value(family: Family, x: float) -> float:
     """Natural logarithm of the p-value: the probability that the largest ΔlogL in a family is at least x by chance.
 
-    At most 0; 0 for x ≤ 0. A family is a search over several effects. With `family.width`, the number of frequencies, it
-    is Baluev's formula for lines. Otherwise it is Davies' formula with `family.arcs` and `family.sides` (1 or 2). An arc
-    is the angle, rad, by which a whitened shape turns along the grid of its shape values.
+    At most 0; 0 for x ≤ 0. With `family.width` it is Baluev's formula for lines, otherwise Davies' formula. An arc is the
+    angle, rad, by which a whitened shape turns along the grid of its shape values.
     """
     from scipy.special import log_ndtr
 
@@ -73,8 +65,7 @@ def log_p_value(family: Family, x: float) -> float:
 def log_chi2_tail(gain: float, count: int) -> float:
     """Ln of the probability that `count` amplitudes fitted to noise raise logL by `gain` or more; at most 0.
 
-    This is Γ(a, x) ≈ xᵃ⁻¹e⁻ˣ/(1 − (a − 1)/x) for x > a − 1, with a = count/2; the error of ln is of the order of
-    (a/x)².
+    This is Γ(a, x) ≈ xᵃ⁻¹e⁻ˣ/(1 − (a − 1)/x) for x > a − 1, with a = count/2; the error of ln is of the order of (a/x)².
     """
     from scipy.special import gammaln
 
@@ -88,8 +79,8 @@ def log_chi2_tail(gain: float, count: int) -> float:
 def may_become_significant(family: Family, max_gain: float) -> bool:
     """True if a candidate of `family` with a ΔlogL of `max_gain` would have a p-value below 1 %.
 
-    Callers skip a refit if it is False. `max_gain` is their estimate of the largest ΔlogL of a refit. For slow functions it
-    is not a strict limit, because the noise was estimated with the function in the record.
+    `max_gain` estimates the largest ΔlogL of a refit. For slow functions it is not a strict limit, because the noise was
+    estimated with the function in the record.
     """
     return log_p_value(family, max_gain) < np.log(FALSE_ALARM_PROBABILITY)
 
@@ -102,10 +93,7 @@ def min_significant_score(count: float) -> float:
 
 
 def arc_length(directions: NDArray[np.float64]) -> float:
-    """Sum of the angles between successive rows of unit vectors, rad; 0 for fewer than two rows.
-
-    `directions` has shape (points, dimension).
-    """
+    """Sum of the angles between successive rows of unit vectors, rad; 0 for fewer than two rows."""
     if directions.shape[0] < 2:
         return 0.0
     cosine = np.clip(np.einsum("ij,ij->i", directions[1:], directions[:-1]), -1.0, 1.0)
@@ -115,9 +103,9 @@ def arc_length(directions: NDArray[np.float64]) -> float:
 def interval_trials(cells: int, length: int, x: float) -> float:
     """Number of independent trials of a search for an interval of `length` … 2·`length` − 1 cells; its best ΔlogL is `x`.
 
-    The record has `cells` cells (time intervals of equal length). The number is that of tried intervals, but at most
-    1.65 x `cells`/`length`, because near intervals are not independent. It is multiplied by log₂(`cells`), rounded down:
-    the number of octaves of lengths in the whole search.
+    The record has `cells` cells (time intervals of equal length). The number is that of tried intervals, but at most 1.65 x
+    `cells`/`length`, because near intervals are not independent. It is multiplied by log₂(`cells`), rounded down: the
+    number of octaves of lengths in the whole search.
     """
     # By simulation of 256 cells of normal noise, 160 000 records, x = 5 … 9, lengths 16 … 128 cells: 7.5 to 14.9 instead of
     # 1.65 x = 8.3 to 14.9; fewer for shorter ones.
@@ -132,8 +120,7 @@ def best_interval(
     """Tuple (first value, end, ΔlogL, ln p) of the interval whose separate level of power has the lowest p-value.
 
     The end is exclusive. `power` is a series over time, `freedom` the degrees of freedom of each value. Boundaries lie
-    between `cells` equal cells. ln p is 0 if no interval raises logL, and (0, 0, 0, inf) is returned for fewer than two
-    cells.
+    between `cells` equal cells. (0, 0, 0, inf) for fewer than two cells.
     """
     from scipy.special import log_ndtr
 
@@ -167,11 +154,10 @@ def best_interval(
 def delta_logl_of_two_levels(
     inside: NDArray[np.float64], count: NDArray[np.float64], total: float, n: float, freedom: float
 ) -> NDArray[np.float64]:
-    """Array of the ΔlogL, nats, of a separate mean power inside each of many intervals of a series.
+    """ΔlogL, nats, of a separate mean power inside each of many intervals of a series.
 
-    `inside` is the sum of the `count` values inside each interval; `total` is the sum of all `n` values. `freedom` is
-    the degrees of freedom d of each value. ΔlogL is −½ Σ d ln ρ, with the mean power ρ inside or outside over the common
-    mean.
+    `inside` is the sum of the `count` values inside each interval; `total` is the sum of all `n` values. `freedom` is the
+    degrees of freedom d of each value. ΔlogL is −½ Σ d ln ρ, with the mean power ρ inside or outside over the common mean.
     """
     a = np.maximum(inside / count, 1e-12)
     b = np.maximum((total - inside) / (n - count), 1e-12)
@@ -184,8 +170,7 @@ def refined_interval(
 ) -> tuple[int, int, float]:
     """Tuple (start, end, ΔlogL): an interval of the series `power` whose ends are moved to increase ΔlogL.
 
-    ΔlogL is that of a separate mean inside; `freedom` is the degrees of freedom of each value. In three rounds, the
-    start and then the end move by up to 1/128 of the series or an eighth of the interval. The interval keeps at least
+    ΔlogL is that of a separate mean inside; `freedom` is the degrees of freedom of each value. The interval keeps at least
     `min_values` values. ΔlogL is −inf if no interval has at least so many values and leaves values outside.
     """
     reach = max(2 * power.size // LEVEL_CELLS, (end - start) // 8)

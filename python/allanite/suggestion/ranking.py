@@ -106,8 +106,7 @@ def in_order(
 def _with_rivals(ranked: list[Suggestion]) -> tuple[Suggestion, ...]:
     """Tuple of copies of the suggestions, in the same order, with `rivals` filled in: kinds that explain the data as well.
 
-    A rival is another suggested kind with a score less than 3 nats away, which a short record may confuse with the
-    effect.
+    A rival is another suggested kind with a score less than 3 nats away, which a short record may confuse with the effect.
     """
     out = []
     for one in ranked:

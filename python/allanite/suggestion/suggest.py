@@ -291,10 +291,7 @@ def suggest(
 
 
 def _look_with_all_screens(context: Context, on_end: Callable[[], None]) -> tuple[Candidate, ...]:
-    """Tuple of the candidates of all screens, which run in parallel, each after those that it needs.
-
-    `on_end` is called without arguments whenever a screen ends.
-    """
+    """Tuple of the candidates of all screens, which run in parallel, each after those that it needs."""
     waiting, running = list(SCREENS.values()), dict[Future[tuple[Candidate, ...]], Screen]()
     with Pool(1 + parallel_searches(context.data)) as pool:
         while waiting or running:
@@ -316,7 +313,7 @@ def _candidates_of(screen: Screen, context: Context) -> tuple[Candidate, ...]:
 
 
 def _unless_it_fails(screen: Screen, compute: Callable[[], T], otherwise: T) -> T:
-    """Result of `compute` for a screen; `otherwise`, with a warning, if it raises and an installed package has the screen.
+    """Result of `compute` for a screen; `otherwise`, with a warning, if a screen of an installed package raises.
 
     So a faulty package does not end the check. An exception of a screen of allanite is raised: it is a bug.
     """
@@ -339,8 +336,8 @@ def _suggestion(
     """`Suggestion` made from a candidate, with its ΔlogL and its p-value, corrected for the number of `searches`.
 
     `surplus` is the ΔlogL that the discrepancy of the model without the effect explains. It is added to the ΔlogL if the
-    model with the effect needs no discrepancy. The ΔlogL is divided by `scatter` for the p-value. `removes_percent` is
-    NaN and `rivals` is empty; callers fill them in.
+    model with the effect needs no discrepancy. The ΔlogL is divided by `scatter` for the p-value. `removes_percent` is NaN
+    and `rivals` is empty; callers fill them in.
     """
     from scipy.special import log_ndtr
 
@@ -383,12 +380,11 @@ def _suggestion(
 
 
 def _with_shares(fit: Fit, judged: list[Suggestion]) -> list[Suggestion]:
-    """List of copies of the suggestions with `removes_percent` set.
+    """List of copies of the suggestions with `removes_percent` set: the part of the unexplained misfit that each removes.
 
-    The percentage is the part of the unexplained misfit of `fit` that the suggestion removes. An exclusion, a change of
-    level or a moving band removes the amount by which the misfit of the spectrum falls. Other suggestions remove their
-    ΔlogL. 100 % is the misfit of `fit`, or more: the largest sum of a removed ΔlogL and the misfit that remains after
-    it.
+    An exclusion, a change of level or a moving band removes the amount by which the misfit of the spectrum falls. Other
+    suggestions remove their ΔlogL. 100 % is the misfit of `fit`, or more: the largest sum of a removed ΔlogL and the misfit
+    that remains after it.
     """
     # The bins of `fit.unexplained_misfit` do not resolve a line. A study counts its first step in this way, too.
     removed: list[float] = []

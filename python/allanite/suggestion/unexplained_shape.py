@@ -19,16 +19,10 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class UnexplainedShape:
-    """A smooth shape of the spectrum that a model lacks.
+    """A smooth shape of the spectrum that a model lacks, and the fit with it.
 
-    Attributes
-    ----------
-    fit : Fit
-        Fit of the model with the shape.
-    low_hz, high_hz : float
-        Range in which the shape, relative to the power of the other effects, is at least half of its maximum.
-    percent : float
-        Maximum of the shape, % of the power of the other effects.
+    From `low_hz` to `high_hz`, the shape, relative to the power of the other effects, is at least half of its maximum,
+    `percent`.
     """
 
     fit: Fit
@@ -59,7 +53,6 @@ def unexplained_shape(fit: Fit) -> UnexplainedShape | None:
     """`UnexplainedShape`: a smooth hump or dip of the spectrum, without a physical name, that the model lacks; or None.
 
     None if it raises logL by less than the BIC cost of its parameters, or if the model already has such a nameless shape.
-    The fit is not changed.
     """
     if any(effect.nameless for effect in fit.model):
         return None

@@ -60,17 +60,8 @@ class Candidate:
 class Context:
     """Input of a screen: the fitted model, the data and the residual.
 
-    Attributes
-    ----------
-    solution : Solution
-        The fitted model, `solution.model`.
-    data : Data
-    whitened : Whitened
-        Whitened residual in time.
-    white : ndarray, shape (kept,)
-        Cosine ordinates of the residual, whitened by the model without a discrepancy.
-    found : dict of str to tuple of Candidate
-        Candidates of the screens that have ended, by name.
+    `whitened` is the whitened residual in time. `white`, shape (kept,), are the cosine ordinates of the residual, whitened
+    by the model without a discrepancy. `found` are the candidates of the screens that have ended, by name.
     """
 
     solution: Solution

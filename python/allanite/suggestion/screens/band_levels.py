@@ -108,8 +108,8 @@ def _changed_bands(
 ) -> tuple[list[tuple[float, float, float, int, int, list[Cell]]], float]:
     """Pair: list of (ln p, begin, end, first ordinate, number, cells) of bands with a changed level; ln(searches).
 
-    Only bands with a p-value below 1 % after correction for all searches are listed. `begin` and `end` are fractions of
-    the record, and `cells` as for `_fitted_level_change`. Octaves are searched only if no band of a process is listed.
+    Only bands with a p-value below 1 % after correction for all searches are listed. `begin` and `end` are fractions of the
+    record, and `cells` as for `_fitted_level_change`. Octaves are searched only if no band of a process is listed.
     """
     ordinates = _kernels.cosine_transform(whitened.samples)
     octaves = octaves_of(whitened)
@@ -149,10 +149,7 @@ def _changed_bands(
 
 
 def best_levels(found: Sequence[Candidate | None], n: int) -> list[Candidate]:
-    """List of the candidates of level changes whose score is within 3 nats of the best score.
-
-    The score is ΔlogL minus the BIC cost for `n` samples. None entries of `found` are dropped.
-    """
+    """List of the candidates of level changes whose ΔlogL minus BIC cost for `n` samples is within 3 nats of the best."""
     price = 0.5 * np.log(max(n, 2))
     worth = [(c.gain - price * c.parameters, c) for c in found if c is not None]
     best = max((w for w, _ in worth), default=0.0)
@@ -174,10 +171,7 @@ def _interval(power: Array) -> tuple[float, float, float]:
 
 
 def largest_delta_logl(power: Array) -> float:
-    """ΔlogL, divided by the overdispersion, of the most significant interval with another mean of the series `power`.
-
-    `power` is a series over time. 0 for fewer than 16 values.
-    """
+    """ΔlogL, divided by the overdispersion, of the most significant interval with another mean of the series `power`."""
     cells = min(LEVEL_CELLS, power.size // 8)
     if cells < 2:
         return 0.0
@@ -189,11 +183,11 @@ def _fitted_level_change(
 ) -> tuple[float, float, float, Array]:
     """Tuple (factor, ΔlogL, standard error of ln factor, steady power): a changed level of one process in an interval.
 
-    `factor` is the standard deviation of the process inside over outside. The interval lies between the fractions
-    `begin` and `close` of the record. Each of `cells` is a pair: power over time of a frequency range, and part of the
-    process in that power. `steady power` is the series of the most informative pair, with the change divided out. If the
-    process may be absent inside or outside, `factor` is the end of its 95 % interval nearer to 1. (1, 0, 1, first
-    series) if no series resolves the interval.
+    `factor` is the standard deviation of the process inside over outside. The interval lies between the fractions `begin`
+    and `close` of the record. Each of `cells` is a pair: power over time of a frequency range, and part of the process in
+    that power. `steady power` is the series of the most informative pair, with the change divided out. If the process may
+    be absent inside or outside, `factor` is the end of its 95 % interval nearer to 1. (1, 0, 1, first series) if no series
+    resolves the interval.
     """
     from scipy.optimize import brentq, minimize_scalar
 
@@ -211,10 +205,10 @@ def _fitted_level_change(
     measured, count, shares = np.array(seen), np.array(counts, dtype=float), np.array(owned)
 
     def expected(log_ratio: float, of: Array) -> Array:
-        """Array of the expected power inside and outside of an interval, relative to the mean over time, shape (shares, 2).
+        """Expected power inside and outside of an interval, relative to the mean over time, shape (shares, 2).
 
-        `log_ratio` is ln of the power of the process inside over outside. `of` is the part of the process in the whole
-        power, shape (shares,).
+        `log_ratio` is ln of the power of the process inside over outside. `of`, shape (shares,), is its part in the whole
+        power.
         """
         ratio = np.exp(log_ratio)
         mean = ratio * inside + 1.0 - inside
@@ -243,10 +237,10 @@ def _fitted_level_change(
 
 
 def _dominated_bands(solution: Solution, data: Data) -> Iterator[tuple[Process, int, int]]:
-    """Iterator over (process, first ordinate, number of ordinates): the band in which a process dominates.
+    """Iterator over (process, first ordinate, number of ordinates): the band in which a process has half of the power.
 
-    There the process has at least half of the power. Omitted are processes without a frequency band, processes whose
-    level the model already changes over time, and bands with fewer than 64 ordinates.
+    Omitted are processes without a frequency band, processes whose level the model already changes over time, and bands
+    with fewer than 64 ordinates.
     """
     half = data.rate / (2.0 * data.n)
     for own in solution.processes:
@@ -271,9 +265,8 @@ def _changed_band(
 ) -> tuple[float, float] | None:
     """Pair (low, high), Hz: the frequency band whose power differs most inside and outside of an interval of time; or None.
 
-    `octave` is a pair of frequencies as fractions of the Nyquist frequency; the band lies between half its lower and
-    twice its upper end. `when` is the interval as fractions of the record. None if the interval is too short for spectra
-    of 16 samples, if nothing is outside, or if fewer than 2 frequencies remain.
+    `octave` is a pair of frequencies as fractions of the Nyquist frequency; the band lies between half its lower and twice
+    its upper end. `when` is the interval as fractions of the record.
     """
     low, high = octave
     n = samples.size
@@ -318,10 +311,7 @@ def _segments(samples: Array, length: int) -> Array:
 
 
 def _summed_spectrum(pieces: Array) -> Array:
-    """Array of the sum of the power spectra of several segments, without the first and last frequency.
-
-    `pieces` has shape (segments, samples). Each segment is multiplied by a Hann window first.
-    """
+    """Sum of the power spectra of segments, `pieces`, shape (segments, samples), without the first and last frequency."""
     length = pieces.shape[1]
     window, rows = np.hanning(length), max(1, SAMPLES_AT_ONCE // length)
     total = np.zeros(length // 2 + 1)

@@ -43,10 +43,9 @@ PART_BLOCKS = 32
 def look(context: Context) -> tuple[Candidate, ...]:
     """Tuple with one refitted `Candidate` of burst noise, if the samples may switch between two levels; otherwise empty.
 
-    A Gauss–Markov process has the same spectrum, so the search starts from its candidate. The ΔlogL of burst noise is
-    that of this candidate, plus the log odds of two levels, minus ln 1000. The last term prefers the Gauss–Markov
-    process if the odds are below 1000 : 1. Empty if one of the two ΔlogL is below 8, or if another candidate has a ΔlogL
-    more than ln 1000 above that of the Gauss–Markov process.
+    A Gauss–Markov process has the same spectrum, so the search starts from its candidate. The ΔlogL of burst noise is that
+    of this candidate, plus the log odds of two levels, minus ln 1000. The last term prefers the Gauss–Markov process if the
+    odds are below 1000 : 1. Empty if one of the two ΔlogL is below 8.
     """
     candidates, data = context.found["spectral"], context.data
     twins = [cls for cls in CATALOG if issubclass(cls, Stochastic) and cls.screened == "two levels"]
@@ -89,8 +88,8 @@ SCREEN = Screen(
 def _log_odds(solution: Solution, data: Data) -> float:
     """Logarithm of the likelihood ratio of two levels to Gaussian noise with the same spectrum; 0 if it cannot be known.
 
-    The last random process of the model must be the Gauss–Markov process. The means over blocks of a twentieth of its
-    dwell time are compared. 0 for fewer than 128 or more than 2^18 blocks, and for a summary.
+    The last random process of the model must be the Gauss–Markov process. The means over blocks of a twentieth of its dwell
+    time are compared.
     """
     process = solution.model.stochastic[-1]
     time, sigma = float(process.values["correlation_time"]), float(process.values["sigma"])
@@ -115,10 +114,9 @@ def _log_odds(solution: Solution, data: Data) -> float:
 
 
 def _ordinates_of_means(power: Array, length: int) -> Array:
-    """Array of the expected power spectrum of the means over blocks of `length` samples.
+    """Expected power spectrum of means over blocks of `length` samples, from that of the samples, without frequency 0.
 
-    `power` is the expected power spectrum (squared cosine transform) of the samples, without frequency 0. Power above
-    the Nyquist frequency of the means is folded back (aliasing).
+    Power above the Nyquist frequency of the means is folded back (aliasing).
     """
     count = (power.size + 1) // length
     j = np.arange(1, power.size + 1)
@@ -183,8 +181,8 @@ def _odds_above(
 def _chain_log_likelihood(means: Array, level: float, noise: float, stay: float) -> float:
     """Log-likelihood of block means of a process that switches between ±`level`, in white noise of variance `noise`.
 
-    `stay` is the probability e^{−block/dwell} of no switch within a block. In a block with a switch, the mean lies
-    anywhere between the levels.
+    `stay` is the probability e^{−block/dwell} of no switch within a block. In a block with a switch, the mean lies anywhere
+    between the levels.
     """
     from scipy.special import ndtr
 

@@ -52,9 +52,8 @@ SEARCHES = (
 def bands_that_may_move(solution: Solution, data: Data) -> list[Process]:
     """List of the noise bands (`Process`) of the model whose center frequency may be searched for movement over time.
 
-    The record must resolve a band in at least 8 sections of time; it does not if many samples are missing. The catalog
-    must have the band with a moving frequency. Omitted are bands without power or with held parameters, and bands in the
-    range of a moving band of the model.
+    The record must resolve a band in at least 8 sections of time; it does not if many samples are missing. The catalog must
+    have the band with a moving frequency. Omitted are bands in the range of a moving band of the model.
     """
     known = [e.occupies for e in solution.model if e.moving and e.occupies is not None]
     return [
@@ -70,10 +69,7 @@ def bands_that_may_move(solution: Solution, data: Data) -> list[Process]:
 def screen_drifting_bands(
     bands: list[Process], solution: Solution, data: Data
 ) -> tuple[Candidate, ...]:
-    """Tuple of a refitted `Candidate` for each of `bands` that moves: a moving band replaces it.
-
-    The moving band may also replace other bands within its range of frequencies. Bands that do not move are omitted.
-    """
+    """Tuple of a refitted `Candidate` for each of `bands` that moves: a moving band replaces it and others in its range."""
     found = (_moving_band_candidate(own, solution, data) for own in bands)
     return tuple(c for c in found if c is not None)
 
@@ -106,20 +102,13 @@ def _section_count(band: Stochastic, data: Data) -> int:
 
 
 def _moving_band(band: Stochastic, course: tuple[float, ...]) -> Stochastic | None:
-    """Moving band of the catalog with the shape of `band` and the center frequencies `course`, Hz, one for each segment.
-
-    None if there is none.
-    """
+    """Moving band with the shape of `band` and the center frequencies `course`, Hz, one for each segment; or None."""
     kinds = (cls for cls in CATALOG if issubclass(cls, Stochastic) and cls.moving)
     return next((one for cls in kinds if (one := cls.like(band, course=course)) is not None), None)
 
 
 def _moving_band_candidate(own: Process, solution: Solution, data: Data) -> Candidate | None:
-    """Refitted `Candidate` in which a band whose center frequency moves over time replaces the band `own` of the model.
-
-    The moving band may also replace other bands of the model within its range. None if the frequency of `own` does not
-    move, or if the moving band has no power after the refit.
-    """
+    """Refitted `Candidate` in which a moving band replaces the band `own`, and others within its range; or None."""
     width = _relative_half_width(own.effect)
     sections = _Sections(own, solution, data)
     # A wandering line is wide in each section, too; a moving band is narrower there.
@@ -157,10 +146,7 @@ def _replaced_text(replaced: tuple[Effect, ...]) -> str:
 def _replaceable_sets(
     own: Process, moving: Process, solution: Solution
 ) -> list[tuple[Effect, ...]]:
-    """List of tuples of the effects that a moving band may replace: the band alone, and all bands within its range.
-
-    Only the first if no other band is there; empty if the moving band has no frequency range.
-    """
+    """List of tuples of the effects that a moving band may replace: the band alone, and all bands within its range."""
     course = moving.effect.occupies
     if course is None:
         return []
@@ -217,9 +203,9 @@ class _Sections:
     ) -> _Course | None:
         """Most likely course (`_Course`) of the center frequency of the band over time; None if no course raises logL.
 
-        None as well if the frequencies of the course differ by less than a half-width of the band. `widths` are the
-        tried half-widths divided by the center frequency, widest first. `theta` is the squared coefficient of the moving
-        band. `replaced` are the effects of the model that the moving band replaces.
+        None as well if the frequencies of the course differ by less than a half-width of the band. `widths` are the tried
+        half-widths divided by the center frequency, widest first. `theta` is the squared coefficient of the moving band.
+        `replaced` are the effects of the model that the moving band replaces.
         """
         low, high = self.own.effect.occupies or (0.0, 0.0)
         middle, half = 0.5 * (low + high), 0.5 * (high - low)
@@ -254,10 +240,9 @@ class _Sections:
     ) -> _Course | None:
         """Most likely course (`_Course`) of the center frequency of a band over time, for one width of the band; or None.
 
-        The frequency stays between the two values `within`, Hz. The half-width of the band is `relative_width` times its
-        frequency, `theta` its squared coefficient; it takes the place of the effects `replaced`. Two forms are compared:
-        a constant frequency in each time section, and a polygon. None if the range holds at most four tried frequencies,
-        if the band is not possible at one of them, or if a section does not resolve neighboring tried frequencies.
+        The frequency stays between the two values `within`, Hz. Two forms are compared: a constant frequency in each time
+        section, and a polygon. None if the range holds at most four tried frequencies, if the band is not possible at one
+        of them, or if a section does not resolve neighboring tried frequencies.
         """
         step = relative_width * 0.5 * sum(within) / PLACES_PER_HALF_WIDTH
         if step < self.resolution:
@@ -277,10 +262,10 @@ class _Sections:
         cells = self.sections.cells((within[0] - aside, within[1] + aside), step)
 
         def log_likelihoods(other_power: Array, band: Stochastic, strength: float) -> Array:
-            """Array of the logL of each time section of the record, shape (sections,), with `band` in the model.
+            """LogL of each time section of the record, shape (sections,), with `band` in the model.
 
-            The expected power is `other_power`, shape (cells,), of the model without the effects that `band` replaces,
-            plus `strength` (a squared coefficient) times the power of `band`.
+            The expected power is `other_power`, shape (cells,), plus `strength` (a squared coefficient) times the power of
+            `band`.
             """
             there = Model(tuple(band if e is effect else e for e in self.model))
             of_band = cells.expected(there.unit_terms(band, self.data.rate))
@@ -309,10 +294,7 @@ class _Sections:
         return best
 
     def _remaining_power(self, replaced: tuple[Effect, ...], cells: Cells) -> Array:
-        """Array of the expected power in each frequency interval of `cells`, shape (cells,).
-
-        The power is that of the model without the effects `replaced`.
-        """
+        """Expected power of the model without the effects `replaced`, shape (cells,)."""
         others = Model(_without(self.model, replaced))
         return cells.expected(self.data.terms(others) if others.stochastic else ())
 
@@ -372,10 +354,9 @@ def most_likely_polygon(gains: Array, parts: int) -> tuple[Array, float]:
 
 
 def _thinned(course: Array, half: float) -> Array:
-    """Array of the course, averaged over pairs of sections again and again while neighbors differ by at most `half`.
+    """The course, averaged over pairs of sections again and again while neighbors differ by at most `half`.
 
-    `half` is the half-width of the band, in the unit of the course. At least 8 sections remain; a shorter course is
-    unchanged.
+    `half` is the half-width of the band, in the unit of the course. At least 8 sections remain.
     """
     while course.size >= 2 * MIN_BAND_SECTIONS:
         fewer = course.reshape(-1, 2).mean(axis=1)
@@ -386,10 +367,7 @@ def _thinned(course: Array, half: float) -> Array:
 
 
 def _parabola_offset(gains: Array, path: NDArray[np.int64]) -> Array:
-    """Array of offsets, for each section, from the index in `path` to the maximum of a parabola through the gains.
-
-    An offset is at most ±½ step. It is 0 at the first and last index, and where the gains have no maximum.
-    """
+    """Offsets, at most ±½, from the index in `path` to the maximum of a parabola through the gains of each section."""
     at = path.clip(1, gains.shape[1] - 2)
     row = np.arange(at.size)
     low, mid, high = gains[row, at - 1], gains[row, at], gains[row, at + 1]

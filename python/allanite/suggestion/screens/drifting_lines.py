@@ -66,10 +66,7 @@ def bands_with_excess(context: Context) -> tuple[Band, ...]:
 
 
 def look(context: Context) -> tuple[Candidate, ...]:
-    """Tuple with the best drifting line of each kind, as a refitted `Candidate`, if it explains more than steady lines.
-
-    Empty without bands with excess power.
-    """
+    """Tuple with the best drifting line of each kind, as a refitted `Candidate`, if it explains more than steady lines."""
     solution, data, lines = context.solution, context.data, context.found["lines"]
     bands = context.shared(bands_with_excess)
     blanks = blanks_of_screen("drifting line", solution, data)
@@ -89,10 +86,7 @@ SCREEN = Screen(
 
 
 def blanks_of_screen(screened: str, solution: Solution, data: Data) -> list[Deterministic]:
-    """List of known functions of time, without values, that the search `screened` looks for and that the model may get.
-
-    `screened` is the name of a search, as in `Effect.screened`.
-    """
+    """List of functions of time without values whose `Effect.screened` is `screened` and that the model may get."""
     return [
         blank
         for cls in CATALOG
@@ -128,8 +122,6 @@ def _bands_to_search(
       be significant (1 %) and more than twice that of its neighbors.
     * The band of the resonance candidate with the largest ΔlogL, if this is above 3 and the band is narrower than
       65536/T. T is the length of the record.
-
-    `white` are the whitened ordinates, `spectral` the candidates found in the spectrum.
     """
     whole = white.size <= 2 * MAX_BAND_FREQUENCIES
     if whole:
@@ -175,8 +167,8 @@ def _best_candidate(
 ) -> Candidate | None:
     """Refitted `Candidate` of the best drifting line of one kind over all `bands`; or None.
 
-    None if its ΔlogL is less than 8 above that of the best steady line in `lines`. None as well if the line drifts by
-    less than one cycle per record over the record, has no positive frequency, or cannot become significant.
+    None if its ΔlogL is less than 8 above that of the best steady line in `lines`, or if the line drifts by less than one
+    cycle per record over the record.
     """
     noise, T = solution.noise(data), data.duration
     steady = max((c.gain for c in lines), default=0.0)

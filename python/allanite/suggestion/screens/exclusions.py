@@ -64,11 +64,11 @@ OVERLAPPING_WINDOWS = 4
 
 
 def end_outlier_scores(solution: Solution, data: Data) -> NDArray[np.float64]:
-    """Array, shape (n,): standardized size (positive) of the outliers at both ends of the record; 0 for all other samples.
+    """Standardized size (positive) of the outliers at both ends of the record; 0 for all other samples, shape (n,).
 
-    The whitened record has no values at the ends. Each sample there, from the middle outwards, is compared with the
-    median of the next samples towards the middle that are no outliers. The distance is divided by the robust standard
-    deviation of such distances. In normal noise, one record in a thousand has an outlier. All 0 if this deviation is 0.
+    The whitened record has no values at the ends. Each sample there, from the middle outwards, is compared with the median
+    of the next samples towards the middle that are no outliers. The distance is divided by the robust standard deviation of
+    such distances. In normal noise, one record in a thousand has an outlier.
     """
     from scipy.special import ndtri
 
@@ -80,10 +80,10 @@ def end_outlier_scores(solution: Solution, data: Data) -> NDArray[np.float64]:
     reach = np.arange(END_NEIGHBORS)
 
     def distances(at: NDArray[np.int64] | int, way: int) -> NDArray[np.float64]:
-        """Array of the absolute distances of the samples with indices `at` from the median of their neighbors on one side.
+        """Absolute distances of the samples with indices `at` from the median of their neighbors on one side.
 
-        `way` is −1 for the samples before and 1 for those after. The `gap` in the enclosing function is the distance to
-        the nearest neighbor used; a larger gap omits outliers next to the sample.
+        `way` is −1 for the samples before and 1 for those after. The `gap` in the enclosing function is the distance to the
+        nearest neighbor used; a larger gap omits outliers next to the sample.
         """
         behind = np.asarray(at)[..., None] + way * reach
         return np.abs(samples[at] - medians(samples[behind + way * gap]))
@@ -120,10 +120,7 @@ def end_outlier_scores(solution: Solution, data: Data) -> NDArray[np.float64]:
 
 
 def excludes_only_ends(effect: Modifier, data: Data) -> bool:
-    """True if the effect excludes samples, and only at the two ends of the record.
-
-    The ends are the first and the last `end_samples(n)` of all n samples.
-    """
+    """True if the effect excludes samples, and only among the first and the last `end_samples(n)`."""
     if not effect.removes:
         return False
     taken = effect.missing(data.n, data.rate)
@@ -150,10 +147,10 @@ def screen_outliers(
 ) -> Callable[[], Candidate | None] | None:
     """Function without arguments that returns the refitted `Candidate` to exclude outliers; None if there are no outliers.
 
-    An outlier is a value of the whitened record `samples` beyond two limits: the limit that normal noise exceeds in 1 %
-    of records, and the limit of the record's own tail. Outliers at the ends come from `end_outlier_scores`. The ΔlogL is
-    that of a separate level for each outlier, minus ln n each. None if the ΔlogL is not positive, or if more than 20 %
-    of the samples are outliers. None as well for a summary, or if nearly all samples are equal.
+    An outlier is a value of the whitened record `samples` beyond two limits: the limit that normal noise exceeds in 1 % of
+    records, and the limit of the record's own tail. Outliers at the ends come from `end_outlier_scores`. The ΔlogL is that
+    of a separate level for each outlier, minus ln n each. None if more than 20 % of the samples are outliers, for a
+    summary, or if nearly all samples are equal.
     """
     from scipy.special import log_ndtr
 
@@ -191,11 +188,10 @@ def screen_outliers(
 
 
 def _outlier_limit(distance: NDArray[np.float64], n: int, step: float) -> float:
-    """Limit above which a standardized distance from the median is an outlier.
+    """Limit of a standardized distance from the median for outliers: of normal noise or the own tail, the larger.
 
-    The limit is the larger one of the limit for normal noise and of the limit from the samples' own tail. `distance`
-    holds the signed distances of `n` samples; `step` is the rounding step in the same unit. This limit is for samples
-    above the median. For samples below, call the function with −`distance`: the tails of a skewed distribution differ.
+    `step` is the rounding step in the same unit. This limit is for samples above the median. For samples below, call the
+    function with −`distance`: the tails of a skewed distribution differ.
     """
     from scipy.special import ndtri_exp
 
@@ -218,8 +214,8 @@ def _exclusion_candidate(
 ) -> Candidate | None:
     """`Candidate` that excludes samples, refitted to the remaining samples; or None.
 
-    `gain` is its ΔlogL, `numbers` its number of parameters, and `log_p` its ln p. None if the effect is None or
-    excludes only samples that are already missing, or if the data are those of a summary.
+    `gain` is its ΔlogL, `numbers` its number of parameters, and `log_p` its ln p. None if the effect is None or excludes
+    only samples that are already missing, or for a summary.
     """
     if effect is None or not data.whole:
         return None
@@ -315,8 +311,8 @@ def _segment_effect(start: float, end: float) -> Modifier | None:
 def _stuck_value(solution: Solution, data: Data) -> Candidate | None:
     """`Candidate` that excludes the longest run of equal samples (stuck sensor, lost link); or None.
 
-    None if the run has fewer than 16 samples, more than 20 % of the record, or a p-value above 1e-6. None as well if
-    more than 10 % of the other pairs of successive samples are equal.
+    None if the run has fewer than 16 samples, more than 20 % of the record, or a p-value above 1e-6. None as well if more
+    than 10 % of the other pairs of successive samples are equal.
     """
     samples = data.samples
     if data.missing is not None:
@@ -347,9 +343,9 @@ def _power_ratio(
     """Ratio of the power in a segment to the median power in up to 16 other segments of equal length; or None.
 
     The octave with the ordinates `low` … `high` is divided into 7 bands; the largest ratio of all bands is returned. The
-    segment lies between the fractions `first` and `last` of the record. The ratio is divided by 10 if at least half of
-    the other segments have a narrow peak in the octave, because its power may vary. None if a band would have fewer than
-    8 ordinates or lie above the Nyquist frequency.
+    segment lies between the fractions `first` and `last` of the record. The ratio is divided by 10 if at least half of the
+    other segments have a narrow peak in the octave, because its power may vary. None if a band would have fewer than 8
+    ordinates or lie above the Nyquist frequency.
     """
     from scipy.fft import next_fast_len, rfft
 
@@ -389,7 +385,7 @@ def _power_ratio(
 def _is_loud(power: NDArray[np.float64], freedom: float, first: float, last: float) -> bool:
     """True if the mean relative power between two fractions of the record is significantly (1 %) above 1.
 
-    The first and the last value in between are ignored. False if no values remain.
+    The first and the last value in between are ignored.
     """
     from scipy.special import chdtrc
 
@@ -420,9 +416,8 @@ def delta_logl_of_octave_levels(
 ) -> float:
     """ΔlogL, nats, at least 0, if every octave of frequency has another noise level in one segment.
 
-    `bands` has a tuple for each octave, as from `octaves_of`. The segment lies between the fractions `first` and `last` of
-    the record. Octaves without a value inside or outside of the segment add nothing, and with `only_louder` neither do
-    octaves that are quieter in the segment.
+    `bands` are as from `octaves_of`. The segment lies between the fractions `first` and `last` of the record. With
+    `only_louder`, octaves that are quieter in the segment add nothing.
     """
     total = 0.0
     for _, _, power, freedom in bands:
@@ -442,13 +437,10 @@ def without_ringing(
 ) -> tuple[float, float] | None:
     """Pair (start, end) of the part of a segment that is really loud in an octave, as fractions of the record; or None.
 
-    The band-pass filter of an octave rings before and after a loud part, so the segment is too long. Power in short
-    windows (8 periods of the octave) does not ring. `low` and `high` are the ordinates of the octave; `first` and `last`
-    are the ends of the segment, as fractions of the record. None in three cases:
-
-    * The segment is shorter than two windows.
-    * Fewer than 64 windows lie outside of the segment.
-    * No window in the segment has 100 times the median power of the windows outside.
+    The band-pass filter of an octave rings before and after a loud part, so the segment is too long. Power in short windows
+    (8 periods of the octave) does not ring. `low` and `high` are the ordinates of the octave; `first` and `last` are the
+    ends of the segment, as fractions of the record. None if the segment is shorter than two windows, if fewer than 64
+    windows lie outside of it, or if none in it has 100 times the median power of the windows outside.
     """
     n = samples.size
     length = WINDOW_PERIODS * 4 * n // (low + high)

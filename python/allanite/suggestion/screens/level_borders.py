@@ -21,11 +21,11 @@ MAX_ROUNDS = 20
 def most_likely_borders(
     power: Array, places: NDArray[np.int64], levels: Array, min_values: int
 ) -> NDArray[np.int64]:
-    """Array of the borders `places` between constant levels, each moved to its most likely index in `power`.
+    """The borders `places` between constant levels, each moved to its most likely index in `power`.
 
-    A border is the index of the first value after it. `levels` are the mean powers of all intervals, in their order. An
-    interval between two borders keeps at least `min_values` values, since anything shorter is an outlier. A border
-    between equal levels, or without room to move, stays.
+    A border is the index of the first value after it. `levels` are the mean powers of all intervals. An interval between
+    two borders keeps at least `min_values` values, since anything shorter is an outlier. A border between equal levels, or
+    without room to move, stays.
     """
     out = places.copy()
     for k, place in enumerate(places):
@@ -46,11 +46,10 @@ def most_likely_borders(
 def borders_between_values(
     power: Array, places: NDArray[np.int64], factors: Sequence[float], min_values: int
 ) -> NDArray[np.int64]:
-    """Array of the most likely borders between intervals of constant noise level, as indices of `power`.
+    """Most likely borders between intervals of constant noise level, as indices of `power`, from the start values `places`.
 
-    `places` are the start values of the borders. Borders and levels are refined alternately until no border moves, at
-    most 20 times. Intervals with the same entry in `factors` share one level. An interval keeps at least `min_values`
-    values.
+    Borders and levels are refined alternately. Intervals with the same entry in `factors` share one level. An interval
+    keeps at least `min_values` values.
     """
     for _ in range(MAX_ROUNDS):
         before, places = (
@@ -63,10 +62,9 @@ def borders_between_values(
 
 
 def interval_powers(power: Array, places: NDArray[np.int64], factors: Sequence[float]) -> Array:
-    """Array of the mean power of each interval between borders; intervals with the same factor have one mean.
+    """Mean power, at least 1e-12, of each interval between borders; intervals with the same factor have one mean.
 
-    `places` are the borders, `factors` those of the intervals after each border; the first interval has the factor 1. The
-    mean power is at least 1e-12.
+    `places` are the borders, `factors` those of the intervals after each border; the first interval has the factor 1.
     """
     known = np.array([1.0, *factors])
     ends = [0, *places, power.size]
@@ -81,20 +79,16 @@ def borders_within_cells(
 ) -> tuple[list[float], list[float]]:
     """Pair of lists: index in `power` of each level change, with a fraction; and power after it relative to the start.
 
-    `power` is a series over time, in which a value may mix the levels before and after a change. `places` are estimates
-    of the indices. `factors` are the levels after each change (square roots of power); intervals with equal factors have
-    one mean. Values within 12 of a change are omitted from the means, or a quarter of a short interval. The sum of the
-    power near a change gives its index.
+    `power` is a series over time, in which a value may mix the levels before and after a change. `places` are estimates of
+    the indices. `factors` are the levels after each change (square roots of power); intervals with equal factors have one
+    mean. Values within 12 of a change are omitted from the means, or a quarter of a short interval. The sum of the power
+    near a change gives its index.
     """
     known = [1.0, *factors]
     at = np.arange(power.size) + 0.5
 
     def levels(borders: Sequence[float]) -> list[float]:
-        """List of the mean power of each interval between the given borders; used as the level of the interval.
-
-        Next to each border, 12 values are omitted, at most a quarter of the interval. Intervals with the same entry in
-        `factors` share one mean. If no values remain, the level is the square of the factor.
-        """
+        """Mean power of each interval between the given borders, or the square of its factor if no values remain."""
         ends = [0.0, *borders, float(power.size)]
         inside: dict[float, list[Array]] = {}
         for factor, (low, high) in zip(known, pairwise(ends), strict=True):

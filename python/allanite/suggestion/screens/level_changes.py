@@ -71,7 +71,7 @@ def _outliers_and_levels(
 
     With outliers, the level changes are searched without the outlier samples, and then refitted to the given data. If a
     level change found with all samples also changes the median size of the samples, there are no outliers, only louder
-    times. Then the pair is None and the level changes found with all samples.
+    times.
     """
     refit_outliers = screen_outliers(solution, data, whitened.samples)
     found = screen_levels(solution, data, whitened)
@@ -89,8 +89,7 @@ def _changes_median_size(candidate: Candidate, data: Data, whitened: Whitened) -
     """True if a candidate changes the noise level of most samples, not only of a few outliers.
 
     Whitened samples where the candidate's level is high are compared with all others. The ratio of the median absolute
-    values, minus 1, must exceed half of the ratio of the rms values, minus 1. False if the p-value is unknown or above 1
-    %, if the candidate's level is constant, or for a summary.
+    values, minus 1, must exceed half of the ratio of the rms values, minus 1.
     """
     effect = candidate.effect
     assert isinstance(effect, Modifier)
@@ -109,8 +108,8 @@ def screen_levels(solution: Solution, data: Data, whitened: Whitened) -> list[Ca
     """List of refitted `Candidate` of changes of the white-noise level over time; empty if none is found.
 
     Four forms are searched: one interval, several intervals, a periodic level, and a level that follows a logged column.
-    Candidates within 3 nats of the best (ΔlogL minus BIC cost) are returned. Empty if the power over time is not known
-    (`level_series`). If the model has a level change already, candidates must make the power clearly steadier.
+    Candidates within 3 nats of the best (ΔlogL minus BIC cost) are returned. If the model has a level change already,
+    candidates must make the power clearly steadier.
     """
     series = level_series(solution, data, whitened)
     if series is None:
@@ -155,8 +154,7 @@ def level_series(solution: Solution, data: Data, whitened: Whitened) -> Series |
 def _repeats_waveform(candidate: Candidate, data: Data, whitened: Whitened) -> bool:
     """True if the loud samples of a periodic noise level repeat a waveform: then it is a spectral line, not a noise level.
 
-    The mean product of the loud samples and those one period later must exceed half of their excess power. False for a
-    summary, and for a period of one sample or of the whole record.
+    The mean product of the loud samples and those one period later must exceed half of their excess power.
     """
     effect = candidate.effect
     assert isinstance(effect, Modifier)
@@ -177,8 +175,8 @@ def _repeats_waveform(candidate: Candidate, data: Data, whitened: Whitened) -> b
 def _makes_power_steadier(candidate: Candidate, data: Data, series: Series) -> bool:
     """True if the white-noise power varies clearly less over time with the refitted model of the candidate than without it.
 
-    The rise of logL of the power must be at least half of the candidate's ΔlogL. `series` is the power without the
-    candidate. True as well if the power with the candidate is unknown or has another number of values.
+    The rise of logL of the power must be at least half of the candidate's ΔlogL. True as well if the power with the
+    candidate is unknown.
     """
     # The model may contain this change of level already; then the remainder is not white noise.
     assert candidate.solution is not None
@@ -196,9 +194,7 @@ def _with_refined_times(
 ) -> Candidate:
     """Copy of a candidate whose times of level changes are refined to single samples, with new factors.
 
-    A summary has no samples; the finest power over time that it keeps is used. A periodic level is refined by
-    `_with_refined_gate`. The same candidate is returned if it has no times. The same as well if a summary's refined
-    times are not in order, or if its power is not known.
+    A summary has no samples; the finest power over time that it keeps is used.
     """
     effect = candidate.effect
     if isinstance(effect, Modifier) and "period" in effect.values:
@@ -237,10 +233,7 @@ def _with_refined_times(
 def _with_refined_gate(
     candidate: Candidate, solution: Solution, data: Data, whitened: Whitened
 ) -> Candidate:
-    """Copy of a candidate of a periodic level; period, start, share and factor are refined from single samples.
-
-    The same candidate is returned for a summary, or if the louder part of the period covers all samples or none.
-    """
+    """Copy of a candidate of a periodic level; period, start, share and factor are refined from single samples."""
     effect = candidate.effect
     if whitened.samples.size != data.n:
         return candidate
@@ -268,10 +261,10 @@ def _white_fraction(solution: Solution) -> float:
 
 
 def _square_with_ends(whitened: Whitened) -> NDArray[np.float64]:
-    """Array of the squares of the whitened samples with normal tails, shape (n,).
+    """Squares of the whitened samples with normal tails, shape (n,).
 
-    The samples at both ends of the record are not known. Their squares are replaced by the mean square of their
-    neighbors, four times as many samples as the end has.
+    The samples at both ends of the record are not known. Their squares are replaced by the mean square of their neighbors,
+    four times as many samples as the end has.
     """
     square = whitened.with_normal_tails.samples**2
     n, ends = square.size, end_samples(square.size)
@@ -292,8 +285,8 @@ def overdispersion_without(
 ) -> tuple[float, float]:
     """Pair (overdispersion, largest relative power) that the best change of noise level in `levels` would cause; or (1, 1).
 
-    The first value is the factor by which the variance of the spectrum is larger than for constant noise. Candidates
-    need a p-value below 1 % after correction for `searches` searches. (1, 1) if there is no such candidate.
+    The first value is the factor by which the variance of the spectrum is larger than for constant noise. Candidates need a
+    p-value below 1 % after correction for `searches` searches.
     """
     significant = [
         c
@@ -310,8 +303,7 @@ def overdispersion_without(
 def _one_interval(series: Series, discrepancy: float) -> Candidate | None:
     """`Candidate` (not refitted) for the interval whose white-noise level differs most significantly; or None.
 
-    None if ΔlogL is below 3, or if the catalog has no such effect. None as well if the level differs from 1 by less than
-    `discrepancy` or its standard error. The ends are refined after the search; the p-value is that of the search.
+    None if ΔlogL is below 3, or if the level differs from 1 by less than `discrepancy` or its standard error.
     """
     power, size = series.judged, series.judged.size
     cells = min(LEVEL_CELLS, size // 8)

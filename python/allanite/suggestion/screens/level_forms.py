@@ -55,18 +55,10 @@ H_SLOPE = 0.398
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Series:
-    """Power of the white noise over time.
+    """Power of the white noise over time from `start` to `end`, s, with mean about 1, shape (k,).
 
-    Attributes
-    ----------
-    power, judged : ndarray, shape (k,)
-        Power with mean about 1: `power` measures levels, `judged` (with normal tails) decides on them.
-    freedom : float
-        Independent degrees of freedom of each value.
-    share : float
-        Share of the power that is white noise.
-    start, end : float
-        Start and end of the record, s.
+    `power` measures levels, `judged` (with normal tails) decides on them. `freedom` are the independent degrees of freedom
+    of each value, `share` the share of the power that is white noise.
     """
 
     power: Array
@@ -117,9 +109,7 @@ def series_of(
 ) -> Series:
     """`Series` of the noise power over time, with its degrees of freedom divided by the overdispersion.
 
-    `power` measures levels. `judged` is the power of samples with normal tails and decides on changes. `freedom` is the
-    degrees of freedom of each value, `share` the part of the power that is white noise, `span` the record's (start,
-    end), s. The overdispersion is that of `judged`, divided by its own level in each interval.
+    The overdispersion is that of `judged`, divided by its own level in each interval.
     """
     places = _level_borders(judged, freedom, turns=False)
     steady = judged / np.repeat(
@@ -133,8 +123,7 @@ def screen_several(series: Series, model: Model) -> list[Candidate]:
 
     Two forms are compared: each interval has its own level, or two levels alternate. The cost of a form is ½ ln n for each
     parameter, where n is the number of degrees of freedom. The form with the largest ΔlogL minus cost is returned. Its
-    p-value is exp(cost − ΔlogL), at most 1. The list is empty in three cases: fewer than two changes are found, the best
-    form has only one interval with another level, or the catalog has no effect of the form.
+    p-value is exp(cost − ΔlogL), at most 1. Empty if the best form has only one interval with another level.
     """
     kinds = [type(blank) for blank in _level_effects(model, {})]
     freedom = series.freedom
@@ -168,7 +157,7 @@ def screen_several(series: Series, model: Model) -> list[Candidate]:
 
 
 def _level_effects(model: Model, columns: Mapping[str, Array]) -> list[Modifier]:
-    """List of catalog effects that change the noise level over time and may be added to `model`; they have no values yet.
+    """List of catalog effects without values that change the noise level over time and may be added to `model`.
 
     `columns` maps names to logged columns, such as the temperature, on which the level may depend.
     """
@@ -177,10 +166,10 @@ def _level_effects(model: Model, columns: Mapping[str, Array]) -> list[Modifier]
 
 
 def _level_borders(power: Array, freedom: float, *, turns: bool) -> NDArray[np.int64]:
-    """Array of the most likely borders between intervals of constant noise level, as indices of `power`.
+    """Most likely borders between intervals of constant noise level, as indices of `power`.
 
-    With `turns`, two levels alternate. Without `turns`, each interval has its own level, and a border costs two
-    parameters. `freedom` is the degrees of freedom of each value.
+    With `turns`, two levels alternate. Without `turns`, each interval has its own level, and a border costs two parameters.
+    `freedom` is the degrees of freedom of each value.
     """
     cells = min(LEVEL_CELLS, power.size // 8)
     edges = np.arange(cells + 1) * power.size // cells
@@ -201,8 +190,8 @@ def _level_borders(power: Array, freedom: float, *, turns: bool) -> NDArray[np.i
 def _partition(power: Array, count: Array, price: float) -> list[int]:
     """Ascending list of the borders of the partition into constant levels with the largest penalized logL.
 
-    Each border costs `price`. A border is the index of the first value after it; `count` is the degrees of freedom of
-    each value. Empty if one level is best.
+    Each border costs `price`. A border is the index of the first value after it; `count` is the degrees of freedom of each
+    value.
     """
     total = np.concatenate([[0.0], np.cumsum(power * count)])
     size = np.concatenate([[0.0], np.cumsum(count)])
@@ -224,18 +213,9 @@ def _partition(power: Array, count: Array, price: float) -> list[int]:
 def _alternating_borders(power: Array, count: Array, borders: list[int], price: float) -> list[int]:
     """Ascending list of the indices at which the noise power changes between a quiet and a loud level.
 
-    `borders` are the first guess. The two levels come from a threshold between the mean powers of their intervals. All
-    thresholds are tried, and the likeliest sequence of the two levels is kept (`_best_path`). Empty if the power never
-    changes, or for fewer than two `borders`.
-
-    Parameters
-    ----------
-    power, count : ndarray, shape (cells,)
-        Mean power and degrees of freedom of each cell.
-    borders : list of int
-        Borders of a first partition, as indices of cells.
-    price : float
-        Cost of each change of level, nats.
+    `borders`, as indices of the cells with the mean `power`, are the first guess, and `count` the degrees of freedom. The
+    two levels come from a threshold between the mean powers of their intervals. All thresholds are tried, and the likeliest
+    sequence of the two levels is kept (`_best_path`). Each change of level costs `price` nats.
     """
     if len(borders) < 2:
         return []
@@ -281,7 +261,7 @@ def _best_path(
 
 
 def _levels(power: Array, places: NDArray[np.int64], turns: bool) -> Array:
-    """Array of the mean power of each interval between the borders `places`, at least 1e-12.
+    """Mean power of each interval between the borders `places`, at least 1e-12.
 
     With `turns`, all even intervals have one mean, and all odd ones another.
     """
@@ -300,11 +280,10 @@ def screen_cycle(series: Series, model: Model) -> Candidate | None:
     """`Candidate` (not refitted) of a white-noise level that is higher or lower in the same part of each period; or None.
 
     The period comes from the H test: the sum of the powers of 1 to 6 harmonics minus 4 for each further harmonic, at its
-    maximum over all frequencies. The powers are relative to those of neighboring frequencies (`_background`): a level
-    that returns after about the same time, but not exactly, has no period. None if this maximum has a p-value above 1 %,
-    or if the best level has a ΔlogL of at most 3. None as well for constant power, for too few values, or without such an
-    effect in the catalog. The p-value of the candidate is the larger of two: that of the H test, and that of the best
-    part of the period.
+    maximum over all frequencies. The powers are relative to those of neighboring frequencies (`_background`): a level that
+    returns after about the same time, but not exactly, has no period. None if this maximum has a p-value above 1 %, or if
+    the best level has a ΔlogL of at most 3. The p-value of the candidate is the larger of two: that of the H test, and that
+    of the best part of the period.
     """
     from scipy.special import log_ndtr
 
@@ -357,7 +336,7 @@ def screen_cycle(series: Series, model: Model) -> Candidate | None:
 
 
 def _background(ratio: Array) -> Array:
-    """Array of the usual power at neighboring frequencies, at least 1, of the same shape as `ratio`.
+    """Usual power at neighboring frequencies, at least 1, shape of `ratio`.
 
     It is the median of blocks of an eighth of the frequency, 32 to 128 values, divided by that of an exponential law.
     """
@@ -373,10 +352,9 @@ def _background(ratio: Array) -> Array:
 def _best_gate(power: Array, cycles: float, freedom: float) -> tuple[float, float, int, int]:
     """Tuple (ΔlogL, period, first phase, end phase) of the most likely periodic gate.
 
-    A gate is a part of each period in which the noise has another level. `power` is the noise power over time. The tried
-    periods are `power.size` values divided by `cycles` ± 0.5; the returned period is in values of `power`. Phases are
-    integers in 1/64 of a period. The end is exclusive and may exceed 64. ΔlogL is −inf if no tried period fills all
-    phases.
+    A gate is a part of each period in which the noise has another level. The tried periods are `power.size` values divided
+    by `cycles` ± 0.5; the returned period is in values of `power`. Phases are integers in 1/64 of a period. The end is
+    exclusive and may exceed 64. ΔlogL is −inf if no tried period fills all phases.
     """
     cells = power.size
     best = (-np.inf, 0.0, 0, 0)
@@ -398,7 +376,7 @@ def refined_gate(square: Array, period: float, first: float, share: float) -> tu
 
     A gate is the part of each period with another noise level. `share` is its length divided by the period. Period and
     first sample are in samples. Both ends of the gate are moved by up to 1/32 of a period, and the period is varied
-    slightly. The given values are returned if no tried gate has at least one sample.
+    slightly.
     """
     n, reach = square.size, 2 * FINE_PHASES
     phases = PHASES * FINE_PHASES
@@ -434,8 +412,8 @@ def refined_gate(square: Array, period: float, first: float, share: float) -> tu
 def _best_phases(sums: Array, count: Array, freedom: float) -> tuple[float, int, int]:
     """Tuple (ΔlogL, first, end) of the part of a period, at most half of it, whose noise level differs most.
 
-    `sums` and `count` are the sum and number of the values at each phase. `first` and `end` are phases in 1/64 of a
-    period. `end` is exclusive and may be above 64. `freedom` is the degrees of freedom of each value.
+    `sums` and `count` are the sum and number of the values at each phase. `first` and `end` are phases in 1/64 of a period.
+    `end` is exclusive and may be above 64.
     """
     twice, sizes = (np.concatenate([[0.0], np.cumsum(np.tile(x, 2))]) for x in (sums, count))
     first = np.arange(PHASES)[:, None]
@@ -447,9 +425,9 @@ def _best_phases(sums: Array, count: Array, freedom: float) -> tuple[float, int,
 
 
 def screen_columns(series: Series, model: Model, columns: Mapping[str, Array]) -> list[Candidate]:
-    """List of candidates in which the log of the noise level depends linearly on a logged column, one for each column.
+    """List of candidates, not refitted, in which the log of the noise level depends linearly on a logged column.
 
-    Omitted are unsuitable and constant columns, and columns with a ΔlogL below 3. The candidates are not refitted.
+    Omitted are unsuitable and constant columns, and columns with a ΔlogL below 3.
     """
     from scipy.special import log_ndtr
 
@@ -480,7 +458,7 @@ def screen_columns(series: Series, model: Model, columns: Mapping[str, Array]) -
 def log_slope(power: Array, values: Array, freedom: float) -> tuple[float, float]:
     """Pair (b, ΔlogL): most likely slope b of ln E(power) = a + b·values, and ΔlogL compared with b = 0.
 
-    Solved by Newton's method. The `values` must have mean 0. `freedom` is the degrees of freedom of each `power`.
+    The `values` must have mean 0. `freedom` is the degrees of freedom of each `power`.
     """
 
     def loss(b: float) -> float:

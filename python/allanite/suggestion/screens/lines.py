@@ -53,9 +53,9 @@ def _divide_by_level(
 ) -> list[tuple[int, float]]:
     """List of pairs (end, level), one for each frequency interval of the periodogram `power`. Changes `power` in place.
 
-    Each interval of `power` is divided by its level: the median over ln 2, which a broad band raises but a line does
-    not. `end` is the index after the last value of the interval. A level is at least `floor`. If a bin in the interval
-    is empty, the true level is unknown, and the level is at least 1.
+    Each interval of `power` is divided by its level: the median over ln 2, which a broad band raises but a line does not.
+    `end` is the index after the last value of the interval. A level is at least `floor`. If a bin in the interval is empty,
+    the true level is unknown, and the level is at least 1.
     """
     empty = np.flatnonzero(is_empty(bins))
     edges = np.unique(
@@ -81,7 +81,7 @@ def look(context: Context) -> tuple[Candidate, ...]:
     """Tuple of refitted `Candidate` of up to 12 lines of the residual, the clearest first, each with its harmonics.
 
     Evenly spaced lines become one candidate. The search ends at a peak of at most 6 nats, or less than 3 above ln of the
-    number of trials. A candidate that does not raise logL is omitted.
+    number of trials.
     """
     solution, data, whitened = context.solution, context.data, context.whitened.samples
     if solution.best.scale is not None or data.gain is not None:
@@ -155,8 +155,8 @@ def _refitted(
 ) -> Candidate | None:
     """`Candidate` of a line, or of a line with multiples, refitted near the frequency `start`, Hz; None if ΔlogL is ≤ 0.
 
-    `error` is the largest error of `start`, in ordinates.
-    `band` is a pair: half-width in ordinates and ΔlogL of a narrow band of noise at the strongest line.
+    `error` is the largest error of `start`, in ordinates. `band` is a pair: half-width in ordinates and ΔlogL of a narrow
+    band of noise at the strongest line.
     """
     multiples = [m for m, _, _ in effect.lines]
     j = comb_window(start, multiples, data, ORDINATES_BESIDE_LINE)
@@ -212,10 +212,9 @@ def _clearest_line(ratio: NDArray[np.float64], data: Data) -> tuple[int, float]:
 
 
 def _line_indices(ratio: NDArray[np.float64], data: Data) -> list[int]:
-    """List of the indices of at most 32 separate spectral lines of a periodogram, most significant first.
+    """List of the indices of at most 32 separate spectral lines of the periodogram `ratio`, most significant first.
 
-    `ratio` is the periodogram divided by its expectation; index k is the frequency of k/2 cycles per record. A line has
-    a ratio above 6 and at least 3 above ln of the number of trials.
+    A line has a ratio above 6 and at least 3 above ln of the number of trials.
     """
     left, found = ratio.copy(), []
     for _ in range(MAX_EVENTS):
@@ -232,11 +231,11 @@ def evenly_spaced(
 ) -> tuple[float, list[float]] | None:
     """Pair (lowest, multiples) of the evenly spaced lines of a periodogram that are most complete; or None.
 
-    `ratio` is the periodogram divided by its expectation. The distances of any two of `places`, indices of its clearest
-    lines, are tried as spacing. `multiples` is the ascending list of the lines, divided by the lowest one. At least 5
-    lines, and more than `harmonics`, must stand out, at 60 % of the positions from the lowest to the highest. Most
-    complete means the largest number of lines minus 60 % of these positions. Harmonics of their spacing are not counted.
-    The frequencies are those of a straight line through the maxima of all lines.
+    The distances of any two of `places`, indices of the clearest lines, are tried as spacing. `multiples` is the ascending
+    list of the lines, divided by the lowest one. At least 5 lines, and more than `harmonics`, must stand out, at 60 % of
+    the positions from the lowest to the highest. Most complete means the largest number of lines minus 60 % of these
+    positions. Harmonics of their spacing are not counted. The frequencies are those of a straight line through the maxima
+    of all lines.
     """
     best: tuple[float, float, list[float]] | None = None
     for a, b in itertools.combinations(sorted(places), 2):
@@ -270,8 +269,7 @@ def _teeth(
 ) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
     """Pair (order, maximum): lines of the comb `start` + order·`step` that stand out in a periodogram, order ≤ `reach`.
 
-    `ratio` is the periodogram divided by its expectation. A line stands out if its peak, at most two indices away, is
-    above 8 plus ln of the number of values searched for it.
+    A line stands out if its peak, at most two indices away, is above 8 plus ln of the number of values searched for it.
     """
     order = np.arange(-reach, reach + 1)
     center = np.round(start + order * step).astype(np.int64)
@@ -289,20 +287,16 @@ def _line_set(places: list[int], ratio: NDArray[np.float64]) -> tuple[float, lis
 
 
 def _maxima(ratio: NDArray[np.float64], at: NDArray[np.int64]) -> NDArray[np.float64]:
-    """Array of the places of the maxima of a periodogram near the indices `at`, shape of `at`.
-
-    A maximum is that of a parabola through the logarithm of three values of the periodogram `ratio`.
-    """
+    """Places of the maxima of the periodogram `ratio` near the indices `at`, by parabolas through the logarithms."""
     before, here, after = (np.log(np.maximum(ratio[at + d], 1e-3)) for d in (-1, 0, 1))
     shift = 0.5 * (before - after) / np.minimum(before - 2.0 * here + after, -1e-3)
     return np.asarray(at + np.clip(shift, -0.5, 0.5))
 
 
 def _remove_line(ratio: NDArray[np.float64], place: int, reach: int) -> None:
-    """Set a line of the periodogram `ratio` and its side lobes to zero, in place.
+    """Set a line of the periodogram `ratio`, from `place` − `reach` to `place` + `reach`, and its side lobes to 0.
 
-    The line covers the indices from `place` − `reach` to `place` + `reach`. A side lobe d half cycles from the line has
-    sin²(πd/2)/(πd/2)² of its power.
+    A side lobe d half cycles from the line has sin²(πd/2)/(πd/2)² of its power.
     """
     first = max(0, place - reach)
     height = float(ratio[first : place + reach + 1].max(initial=0.0))
@@ -327,9 +321,9 @@ def _periodic_effects(
 def _best_width(top: int, solution: Solution, data: Data, level: float) -> tuple[int, float]:
     """Pair: half-width, in ordinates, and ΔlogL of the narrow-band noise that explains a line best.
 
-    `top` is the ordinate of the line. Lorentzians with half-widths of 1, 2, 4, … 64 and many heights are compared
-    (Whittle likelihood). Half-widths of 1 and 2 are returned as 0. If `level` is above 1, the noise near the line is
-    first divided by its own median, if that is higher than expected.
+    `top` is the ordinate of the line. Lorentzians with half-widths of 1, 2, 4, … 64 and many heights are compared (Whittle
+    likelihood). Half-widths of 1 and 2 are returned as 0. If `level` is above 1, the noise near the line is first divided
+    by its own median, if that is higher than expected.
     """
     j = np.arange(
         max(1, top - WIDTH_ORDINATES),
@@ -352,8 +346,8 @@ def _best_width(top: int, solution: Solution, data: Data, level: float) -> tuple
 def _wandering_note(frequency: float, width: int, surplus: float, data: Data) -> str:
     """Sentence that a line is a narrow band of noise, with its width; "" if the line is a pure line.
 
-    `width` is the half-width of the band in ordinates. `surplus` is the ΔlogL of the band minus that of a pure line. The
-    line is pure if `width` is 0 or `surplus` is below 8.
+    `width` is the half-width of the band in ordinates. `surplus` is the ΔlogL of the band minus that of a pure line, at
+    least 8 for a band.
     """
     if width == 0 or surplus < MIN_DELTA_LOGL_OVER_SIMPLER:
         return ""
@@ -370,8 +364,8 @@ def _fundamental_and_multiples(
     """Pair (index, multiples): fundamental frequency of the line at index `top`, and its harmonics, such as [1, 2, 3].
 
     The fundamentals `top`, `top`/2, `top`/3, … are tried, and the one with the most harmonics above the noise is taken.
-    Harmonics 1 … 12 count for `top` … `top`/3. Up to the 64th count while at least 60 % of all lower harmonics are
-    there. (`top`, [1]) if nothing else stands out. `width` is the half-width of the line in indices.
+    Harmonics 1 … 12 count for `top` … `top`/3. Up to the 64th count while at least 60 % of all lower harmonics are there.
+    `width` is the half-width of the line in indices.
     """
     best = (top, [1])
     for divisor in range(1, MAX_PULSE_HARMONIC // 2 + 1):

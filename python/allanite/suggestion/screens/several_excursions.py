@@ -46,19 +46,12 @@ def several_excursions(
 ) -> tuple[Deterministic, float] | None:
     """Pair (effect, ln number): one effect that contains 2 to 32 excursions (short events); or None.
 
-    Excursions are added one by one as long as the p-value falls, and the set with the highest evidence is taken. The
-    second element is ln of the number of possible sets of
-    so many excursions, divided by the number of single ones; it lowers the evidence. None if a second excursion does not
-    lower the p-value, or if the catalog has no effect for several excursions. `solution` is that of the model without any.
+    Excursions are added one by one as long as the p-value falls, and the set with the highest evidence is taken. The second
+    element is ln of the number of possible sets of so many excursions, divided by the number of single ones; it lowers the
+    evidence. None if a second excursion does not lower the p-value.
 
-    Parameters
-    ----------
-    kind : type
-        Effect whose `best_spans` finds an excursion.
-    first : Deterministic
-        The best single excursion.
-    places : float
-        Number of independent excursions that the search for one tries.
+    `best_spans` of `kind` finds an excursion; `first` is the best single one. `places` is the number of independent
+    excursions that the search for one tries. `solution` is that of the model without any.
     """
     found, fitted = [_with_height_one(first)], _solution_with_excursions([first], solution, data)
     log_p, best, events = _log_p(1, places, fitted, solution), -np.inf, []
@@ -89,10 +82,7 @@ def several_excursions(
 def _next_excursion(
     kind: type[Deterministic], solution: Solution, data: Data
 ) -> Deterministic | None:
-    """Excursion (short event) of the given kind, with height 1, that fits best as the next one; None if there is none.
-
-    `solution` is that of a model that already has other excursions.
-    """
+    """Excursion (short event) of the given kind, with height 1, that fits best as the next one; None if there is none."""
     spans = best_spans(
         kind, solution.ordinates, solution.noise(data), data, solution.model.deterministic
     )
@@ -117,8 +107,7 @@ def _solution_with_excursions(
 def _log_p(count: int, places: float, fitted: Solution, solution: Solution) -> float:
     """Natural logarithm of the p-value, at most 0, of adding `count` excursions (short events) to the model together.
 
-    The p-value is corrected for the choice of the times of the excursions. `places` is the number of independent times
-    at which an excursion could lie. `fitted` is the solution with the excursions, `solution` the solution without them.
+    The p-value is corrected for the choice of the times of the excursions; `places` is the number of independent times.
     """
     gain = fitted.log_likelihood - solution.log_likelihood
     return min(

@@ -116,8 +116,8 @@ def _screen_family(
 ) -> tuple[list[Candidate], list[tuple[str, float]]]:
     """Pair: list of refitted `Candidate` of the functions in `blanks` and of their significant forms; list of angles.
 
-    The candidate is the best point of the grid of shapes, if its ΔlogL is at least 3. Forms have more parameters or
-    several excursions. An angle is a pair (family, total angle of a grid of shapes, rad), for p-values.
+    The candidate is the best point of the grid of shapes, if its ΔlogL is at least 3. Forms have more parameters or several
+    excursions. An angle is a pair (family, total angle of a grid of shapes, rad), for p-values.
     """
     data = context.data
     null = context.shared(_best_wandering_process) or context.solution
@@ -193,8 +193,8 @@ def _richer_forms(
     """Dict from each effect with more parameters than `simple`, shapes optimized, to a tuple (angle, starts, noise).
 
     The effects are forms of `simple` with more parameters, the best excursions between any two times, and forms of these
-    excursions. `angle`, rad, is the path length of the grid of shapes, and `starts` the number of independent start
-    times; both count trials. `noise` is the noise of the model with `simple`, for excursions also without it if `simple`
+    excursions. `angle`, rad, is the path length of the grid of shapes, and `starts` the number of independent start times;
+    both count trials. `noise` is the noise of the model with `simple`, for excursions also without it if `simple`
     `is_significant`.
     """
     solution, data = context.solution, context.data
@@ -204,11 +204,7 @@ def _richer_forms(
     found: dict[Deterministic, tuple[float, float, Noise]] = {}
 
     def add_extended(plain: Effect, starts: float, noise: Noise) -> None:
-        """Add to the dict `found` each form of `plain` with more parameters, with its best shape values. Returns None.
-
-        The key is the effect, the value a tuple (path length of the grid of shapes, rad; `starts`; `noise`). A form that
-        is in the dict already keeps its value.
-        """
+        """Add to the dict `found` each form of `plain` with more parameters, with its best shape values."""
         for blank in plain.extended():
             assert isinstance(blank, Deterministic)
             grid = grid_points(blank, data.n, data.rate)
@@ -237,9 +233,8 @@ def _significant_richer_forms(
 ) -> list[Candidate]:
     """List of refitted `Candidate` of the effects in `forms` that explain significantly (1 %) more than `simple`.
 
-    `forms` maps an effect to (angle of its grid, number of independent starts, noise), as from `_richer_forms`. If
-    `simple` is None, the comparison is with no effect. A form must also be significant alone. Omitted are forms that the
-    refit refutes.
+    `forms` are as from `_richer_forms`. If `simple` is None, the comparison is with no effect. A form must also be
+    significant alone.
     """
     solution, data = context.solution, context.data
     found: list[Candidate] = []
@@ -276,8 +271,7 @@ def _several_excursions(
     """List with one refitted `Candidate`: several excursions (short events) as one effect; or empty.
 
     `judged_gain` is reduced by ln of the number of possible sets of excursions. Empty if the model has an excursion
-    already, or if `forms` (from `_richer_forms`) has no excursion. Empty as well if fewer than two excursions are found,
-    or if the refit finds nothing.
+    already, or if `forms` (from `_richer_forms`) has none.
     """
     solution, data = context.solution, context.data
     alone = [
@@ -305,7 +299,7 @@ def _matched_delta_logl(
 ) -> float:
     """ΔlogL, nats, of adding one slow function of time to the model, computed by a matched filter for the given `noise`.
 
-    The shape values of the function are fixed; the known functions of the model are fitted together with it.
+    The known functions of the model are fitted together with it.
     """
     known = solution.model.deterministic
     return float(matched_gains([effect], solution.ordinates, noise, data, known)[0][0])
@@ -314,10 +308,7 @@ def _matched_delta_logl(
 def _with_best_shapes(
     effect: Deterministic, names: tuple[str, ...], solution: Solution, noise: Noise, data: Data
 ) -> Deterministic:
-    """Copy of the effect whose shapes `names` are optimized in turn, each between the neighbors of its grid point.
-
-    Each shape is the best of 33 values and the present one.
-    """
+    """Copy of the effect whose shapes `names` are optimized in turn, each between the neighbors of its grid point."""
     known = solution.model.deterministic
     for name in names:
         grid = np.unique(effect.grid(name, data.n, data.rate))
@@ -385,9 +376,8 @@ def _refitted_candidate(
 def _rests_on_few_samples(event: Deterministic, base: Solution, data: Data) -> bool:
     """True if a short event depends on a few outliers: its trimmed mean is less than half of its mean.
 
-    Both are means of the residual during the event, minus those of an equal time before it. False for a summary, for an
-    event without duration, and for more than 4096 samples in the event. Otherwise True for fewer than 16 samples in the
-    event, and False for fewer than 16 samples before it.
+    Both are means of the residual during the event, minus those of an equal time before it. True for fewer than 16 samples
+    in the event, and False for fewer than 16 samples before it.
     """
     if event.when is None or event.when[0] == event.when[1] or data.samples.size < data.n:
         return False
@@ -412,8 +402,7 @@ def _rests_on_few_samples(event: Deterministic, base: Solution, data: Data) -> b
 def _share_with_normal_tails(event: Deterministic, context: Context) -> float:
     """Fraction, at most 1, of the ΔlogL of a short event that remains if the samples are replaced by normal scores.
 
-    It is 1 for events of more than 4096 samples and for summaries. The mean of a few samples is not normal if they have
-    heavy tails or are coarsely rounded.
+    The mean of a few samples is not normal if they have heavy tails or are coarsely rounded.
     """
     assert event.when is not None
     data, given = context.data, context.whitened
@@ -427,8 +416,7 @@ def _share_with_normal_tails(event: Deterministic, context: Context) -> float:
 def _relative_noise_power(solution: Solution, data: Data) -> float:
     """Noise power at the times where the last effect acts, divided by that of the whole record; at least 1.
 
-    Each time is weighted by the squared deviation of the effect from its mean. 1 if no change of the noise level is in
-    the model.
+    Each time is weighted by the squared deviation of the effect from its mean.
     """
     if not any(e.passing for e in solution.model.modifiers):
         return 1.0
@@ -440,10 +428,7 @@ def _relative_noise_power(solution: Solution, data: Data) -> float:
 
 
 def _equivalent_single_gain(gain: float, amplitudes: int) -> float:
-    """ΔlogL of a single amplitude with the same p-value as the ΔlogL `gain` of several `amplitudes`.
-
-    `gain` itself for one amplitude or without a gain.
-    """
+    """ΔlogL of a single amplitude with the same p-value as the ΔlogL `gain` of several `amplitudes`."""
     from scipy.special import ndtri_exp
 
     if amplitudes == 1 or gain <= 0.0:
@@ -461,9 +446,8 @@ def score(candidate: Candidate) -> float:
 def _with_gains_next_to_best(found: list[Candidate], data: Data) -> tuple[Candidate, ...]:
     """Tuple of copies of the candidates `found` with lower `judged_gain` for all but the best functions.
 
-    The best functions are those within 3 nats of the highest score. `judged_gain` of another function becomes its
-    smallest ΔlogL in a model that has one of the best functions. Functions that cannot be significant anyway are not
-    changed.
+    The best functions are those within 3 nats of the highest score. `judged_gain` of another function becomes its smallest
+    ΔlogL in a model that has one of the best functions. Functions that cannot be significant anyway are not changed.
     """
     # A step at the start looks like a warm-up, and like any temperature that rises from there.
     # Compare scores, not gains: of two forms of one event the one with more parameters gains a little more.
@@ -471,11 +455,7 @@ def _with_gains_next_to_best(found: list[Candidate], data: Data) -> tuple[Candid
     best = [c for c in found if score(c) > top - MAX_RIVAL_LOG_EVIDENCE]
 
     def with_smallest_gain(candidate: Candidate) -> Candidate:
-        """Copy of a candidate whose `judged_gain` is at most its ΔlogL with one of `best` in the model.
-
-        The smallest value over all candidates in `best`, at least 0. The candidate itself if it is in `best` or cannot
-        be significant.
-        """
+        """Copy of a candidate whose `judged_gain` is at most its ΔlogL with one of `best` in the model."""
         left = candidate.gain if candidate.judged_gain is None else candidate.judged_gain
         if candidate in best or not may_become_significant(candidate.family, left):
             return candidate

@@ -65,7 +65,7 @@ WIDTHS = tuple(2**k for k in range(2, 13))
 
 @lru_cache(maxsize=64)
 def _grid_of(blank: Effect, n: int, rate: float) -> tuple[Effect, ...]:
-    """Tuple of copies of the effect `blank`, one for each combination of its trial shape values and designs; cached.
+    """Tuple of copies of the effect `blank`, one for each combination of its trial shape values and designs.
 
     The trial values of a shape may depend on shapes that are declared after it.
     """
@@ -80,10 +80,9 @@ def _grid_of(blank: Effect, n: int, rate: float) -> tuple[Effect, ...]:
 
 
 def _tangent(effect: Effect, solution: Solution, data: Data) -> NDArray[np.float64]:
-    """Array of the derivative of the bin power with respect to a small amount of the effect, shape (bins,).
+    """Derivative of the bin power with respect to a small amount of the effect, shape (bins,).
 
-    For a modifier, it is the change that the modifier makes in the power of white noise whose coefficient is 1. It is 0 if
-    the model has no white noise.
+    For a modifier, it is the change that the modifier makes in the power of white noise whose coefficient is 1.
     """
     model = solution.model
     if isinstance(effect, Modifier):
@@ -102,9 +101,9 @@ def directions(
 ) -> Iterator[tuple[type[Effect], list[Effect], NDArray[np.float64]]]:
     """Iterator over (kind, effects, unit vectors): how each shape of an effect would change the spectrum.
 
-    `effects` are trial effects of the kind with a grid of shape values; kinds that the model cannot take are skipped.
-    The unit vectors, shape (effects, bins), are the normalized changes of bin power divided by the scatter of each bin.
-    The part that the model's own effects can fit is subtracted first. Effects of which nothing remains are omitted.
+    `effects` are trial effects of the kind with a grid of shape values. The unit vectors, shape (effects, bins), are the
+    normalized changes of bin power divided by the scatter of each bin. The part that the model's own effects can fit is
+    subtracted first. Effects of which nothing remains are omitted.
     """
     root = np.sqrt(0.5 * solution.count)
     # Directions of the model's own effects: the refit moves along them anyway.
@@ -182,8 +181,7 @@ def _narrow_band_candidate(
     """Refitted `Candidate` of the most significant band that is narrower than a bin of the spectrum; or None.
 
     The band is searched in `white`, the whitened single ordinates, and has the kind of the effect `point`. `arc` is the
-    path length of this kind's grid of shapes, rad. None if the band cannot be significant, or if the kind is no band.
-    None as well if more than 10 % of the samples are missing.
+    path length of this kind's grid of shapes, rad.
     """
     data = part.data
     if not isinstance(point, Stochastic) or point.banded(1.0, 1.001) is None:
@@ -230,10 +228,7 @@ def _of_alike_kind(
 
 
 def _log_p_narrow(gain: float, data: Data) -> float:
-    """Natural logarithm of the p-value of the ΔlogL `gain` of a narrow band.
-
-    The band was searched at all frequencies, as a line would be, and with several widths.
-    """
+    """Ln of the p-value of the ΔlogL `gain` of a narrow band, searched at all frequencies in several widths."""
     return log_p_value(Family("line", width=line_trials(data.n) * widths_tried(data.n)), gain)
 
 
@@ -242,8 +237,8 @@ def _residual_maxima(
 ) -> list[Effect]:
     """List of at most 60 of the trial effects `points`, in their order, that fit peaks of the residual spectrum best.
 
-    A row of `unit` is the unit vector of a trial effect: its normalized change of the spectrum. The residual is
-    projected on these vectors, and the largest local maxima are taken. This suits narrow effects only.
+    A row of `unit` is the normalized change of the spectrum by a trial effect. The residual is projected on these rows, and
+    the largest local maxima are taken. This suits narrow effects only.
     """
     residual = (solution.power / solution.spectrum - 1.0) * np.sqrt(0.5 * solution.count)
     score = unit @ residual
@@ -282,8 +277,8 @@ def _with_richer_form(
 def _with_best_design(model: Model, best: Maximum, part: RandomPart) -> tuple[Model, Maximum]:
     """Pair (model, maximum) with optimized shapes, and with other filter designs if the model has a discrepancy.
 
-    A simpler design is preferred if logL falls by at most `MAX_SIMPLER_LOSS` for each omitted parameter. The present
-    shapes and designs were fitted without the last effect, and may imitate it.
+    A simpler design is preferred if logL falls by at most `MAX_SIMPLER_LOSS` for each omitted parameter. The present shapes
+    and designs were fitted without the last effect, and may imitate it.
     """
     found = polish(model, free_shape_parameters(model), best, part, roughly=True)
     if best.scale is None:
@@ -332,9 +327,8 @@ def _refitted_candidate(
 ) -> Candidate | None:
     """Refitted `Candidate`: the best one of the trial effects `points`, after the best few are optimized; or None.
 
-    `points` are one kind of effect with a grid of shape values. None if no trial effect raises logL by 0.5 nats, or if
-    logL does not rise after the refit. None as well if the effect cannot be added usefully
-    (`_candidate_of_last_effect`). `arc` is the path length (sum of angles) of the grid, rad.
+    `points` are one kind of effect with a grid of shape values. None if no trial effect raises logL by 0.5 nats. `arc` is
+    the path length (sum of angles) of the grid, rad.
     """
     scanned = scan_added_effect(base.model, points, base.best, part)
     if scanned[0][0].log_likelihood - base.best.log_likelihood < MIN_SCORE_GAIN:
@@ -362,9 +356,9 @@ def _candidate_of_last_effect(
 ) -> Candidate | None:
     """`Candidate` of the last effect of the refitted `solution`; None if its logL is not above that of `base`.
 
-    None as well if the effect looks the same as a simpler one (`Effect.shows`). None as well for a narrow band, fitted
-    to single frequencies, if the rest of the model is not flat near it. `arc` is the path length (sum of angles) of the
-    tried shapes, rad, for the p-value of a narrow band.
+    None as well if the effect looks the same as a simpler one (`Effect.shows`), and for a narrow band, fitted to single
+    frequencies, if the rest of the model is not flat near it. `arc` is the path length (sum of angles) of the tried shapes,
+    rad.
     """
     fitted = solution.model.effects[-1]
     if not fitted.shows(solution.model, data.rate, data.duration):
@@ -396,7 +390,7 @@ def narrow_bands(
 
     Bands are searched in the whitened ordinates `white`, at frequencies where the bins are wider than the band. ΔlogL is
     that of a flat band: ½k(m − 1 − ln m) for k ordinates with m times the expected power. `low` and `high` are its ends,
-    Hz, and `variance` is that of the excess, U². Widths with no excess are skipped.
+    Hz, and `variance` is that of the excess, U².
     """
     total = np.square(white)
     np.cumsum(total, out=total)

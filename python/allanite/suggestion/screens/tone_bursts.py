@@ -39,8 +39,7 @@ if TYPE_CHECKING:
 def look(context: Context) -> tuple[Candidate, ...]:
     """Tuple with at most one refitted `Candidate` of each kind of tone burst: the best burst.
 
-    A burst is returned only if it explains more than the lines and bands that last. Bands of more than 4096 values are
-    not searched.
+    It must explain more than the lines and bands that last. Bands of more than 4096 values are not searched.
     """
     solution, data = context.solution, context.data
     lasting = tuple(c for name in SCREEN.after for c in context.found[name])
@@ -118,11 +117,7 @@ def _is_on_course(frequency: float, solution: Solution) -> bool:
 
 
 def _is_same_line(one: Deterministic, other: Deterministic) -> bool:
-    """True if two tone bursts overlap in time and their frequencies cannot be distinguished.
-
-    The frequencies must differ by less than 1 over the length of the shorter burst. False if the kinds differ, or if one
-    of the effects has no start and end.
-    """
+    """True if two tone bursts of a kind overlap in time, and their frequencies differ by less than 1/(shorter length)."""
     if one.kind != other.kind or one.when is None or other.when is None:
         return False
     (f, _), (g, _) = one.occupies or (0.0, 0.0), other.occupies or (0.0, 0.0)
