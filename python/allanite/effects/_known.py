@@ -71,11 +71,7 @@ class Deterministic(Effect):
 
     @property
     def column_powers(self) -> tuple[int, ...]:
-        """Tuple of one exponent for each amplitude, if the effect is a polynomial of a logged column, such as (1, 2).
-
-        Each amplitude is the coefficient of the column raised to its exponent. By default empty: the effect is no such
-        polynomial.
-        """
+        """Exponents of a logged column for each amplitude, such as (1, 2); empty if the effect is no such polynomial."""
         return ()
 
     @property
@@ -90,10 +86,7 @@ class Deterministic(Effect):
 
     @property
     def occupies(self) -> tuple[float, float] | None:
-        """Pair (f, f) with the frequency f of a line at the first sample, Hz.
-
-        None for slow functions (`low`), and for an effect without a value of ``frequency``.
-        """
+        """Pair (f, f) with the frequency f of a line at the first sample, Hz; None for slow functions (`low`)."""
         f: float | None = None if self.low else getattr(self, "frequency", None)
         return None if f is None else (f, f)
 
@@ -104,10 +97,7 @@ class Deterministic(Effect):
 
     @property
     def singly(self) -> tuple[Deterministic, ...]:
-        """Tuple of effects whose sum is this effect, with one event (a step, an excursion) each, in order of time.
-
-        By default it contains only the effect itself.
-        """
+        """Effects with one event (such as a step) each, in order of time, whose sum is this effect; by default itself."""
         return (self,)
 
     @classmethod
@@ -116,10 +106,7 @@ class Deterministic(Effect):
         return None
 
     def sums_of_lagged(self) -> tuple[tuple[tuple[float, LaggedColumn], ...], ...]:
-        """Tuple with one entry for each regressor: a tuple of pairs (weight, `LaggedColumn`).
-
-        The weighted sum of the low-passed columns is the regressor. By default empty: the regressors are no such sums.
-        """
+        """For each regressor, the pairs (weight, `LaggedColumn`) of its weighted sum; by default empty: no such sums."""
         return ()
 
     def seen_between(self, start: float, end: float) -> tuple[float, float] | None:
@@ -220,9 +207,9 @@ class Deterministic(Effect):
         return ()
 
     def own_allan_variance(self, m: Array, rate: float) -> Array:
-        """Array of the Allan variance of the signal, U², at averaging factors m of samples at `rate` Hz.
+        """Allan variance of the signal, U², at averaging factors m of samples at `rate` Hz; by default zeros.
 
-        By default zeros: the Allan variance of a step, for example, depends on its place in the record.
+        The Allan variance of a step, for example, depends on its place in the record.
         """
         return np.zeros(np.shape(m))
 

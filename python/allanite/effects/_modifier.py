@@ -65,10 +65,7 @@ class Modifier(Effect):
 
     @classmethod
     def candidates(cls, model: Model, columns: Columns) -> tuple[Self, ...]:
-        """Tuple of effects of this kind that a check tries to add, as `SearchHooks.candidates` returns it.
-
-        Empty if the `model` has no white noise, unless the effect excludes samples.
-        """
+        """Effects that a check tries to add; empty if the `model` has no white noise, unless samples are excluded."""
         if model.white is None and not cls.removes:
             return ()
         return super().candidates(model, columns)
@@ -81,10 +78,7 @@ class Modifier(Effect):
     swells = Former("changes_level_of")
 
     def changes_level_of(self, effect: Effect) -> bool:
-        """True if the `band` of this modifier includes the center of the band of `effect`.
-
-        False if either has no band, or if `effect` is a modifier.
-        """
+        """True if the `band` of this modifier includes the center of the band of `effect`, which is no modifier."""
         if self.band is None or effect.occupies is None or isinstance(effect, Modifier):
             return False
         return self.band[0] <= 0.5 * sum(effect.occupies) <= self.band[1]
@@ -100,25 +94,16 @@ class Modifier(Effect):
         return np.ones(np.shape(start))
 
     def following(self, values: Array, coefficient: float) -> Self | None:
-        """Copy of the effect in which ln(noise level) is linear in the `values` of a column, with slope `coefficient`.
-
-        None (default) if effects of this kind do not follow a column.
-        """
+        """Copy in which ln(noise level) is linear in the `values` of a column with slope `coefficient`, or None."""
         return None
 
     @property
     def switches(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
-        """Pair: tuple of the times of the level changes, s, and tuple of the factors after each.
-
-        By default both are empty.
-        """
+        """Times of the level changes, s, and the factors after each; by default both are empty."""
         return (), ()
 
     def switching_at(self, times: tuple[float, ...], factors: tuple[float, ...]) -> Self:
-        """Copy with level changes at other `times`, s, and other `factors` after each.
-
-        By default, for effects without `switches`, the effect itself.
-        """
+        """Copy with level changes at other `times`, s, and other `factors` after each; itself without `switches`."""
         return self
 
     @property

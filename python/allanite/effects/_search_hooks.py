@@ -72,10 +72,7 @@ class SearchHooks:
         return tuple(cls().with_values(column=name) for name in varying if name not in used)
 
     def variants(self) -> tuple[Self, ...]:
-        """Tuple of forms of this effect to try, e.g. filter designs, each with the values that are set.
-
-        By default only the effect.
-        """
+        """Forms of this effect to try, e.g. filter designs, with the values that are set; by default only the effect."""
         return (self,)
 
     def extended(self) -> tuple[Effect, ...]:
