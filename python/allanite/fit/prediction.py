@@ -263,10 +263,10 @@ def block_losses(values: Array, matrix: Array, variance: Array, mean: bool) -> A
     """Loss of ln p(block | other blocks) if a regression is fitted only to the others, nats, shape (BLOCKS,).
 
     Let â and A be the amplitudes and their precision matrix from the whole record, and b and R those from the other blocks.
-    Averaged over the posterior of the amplitudes given the other blocks, the block is less likely by ½ (b − â)ᵀ R (b − â) +
-    ½ ln |A|/|R|. A unit-information prior (one of the k ordinates, Kass & Wasserman 1995) is added to R in the second term.
-    `values` are k consecutive ordinates, `matrix`, shape (k, p), regressors at them, and `variance` that of the noise.
-    `mean` is True if `values` begin after the ordinate of the mean, whose amplitude is free.
+    Averaged over the posterior of the amplitudes given the other blocks, the block is less likely by ½ (b − â)ᵀ R
+    (b − â) + ½ ln |A|/|R|. A unit-information prior (one of the k ordinates, Kass & Wasserman 1995) is added to R in the
+    second term. `values` are k consecutive ordinates, `matrix`, shape (k, p), regressors at them, and `variance` that of
+    the noise. `mean` is True if `values` begin after the ordinate of the mean, whose amplitude is free.
     """
     # Value m of the M-point inverse cosine transform is local to the time (m + ½)/M of the record. The transform C is
     # orthonormal: the noise has the precision matrix C diag(1/S) Cᵀ there.

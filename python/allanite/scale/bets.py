@@ -327,8 +327,8 @@ class ClippedPower:
         """Upper bound on the mean of max(w² − LOW_CLIP, 0) over whitened samples w; infinity before the first sample.
 
         It is the larger of two bounds. The first is the mean of the observed values plus three standard errors. The second
-        is such a bound for w² limited to HIGH_CLIP, plus HIGH_CLIP times a bound on the share of samples with w² ≥
-        HIGH_CLIP. The second bound holds if the tail falls at least as w⁻⁴.
+        is such a bound for w² limited to HIGH_CLIP, plus HIGH_CLIP times a bound on the share of samples with
+        w² ≥ HIGH_CLIP. The second bound holds if the tail falls at least as w⁻⁴.
         """
         n = self.samples
         if n == 0:

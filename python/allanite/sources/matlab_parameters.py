@@ -25,8 +25,8 @@ _NUMBERS = r"\[[^\]]*\]|[-+.\deE]+"
 def documents_of_script(text: str, source: str) -> list[dict[str, Any]]:
     """List of model documents (dicts) from the text of a MATLAB script, one per axis.
 
-    The script has name-value pairs in gyroparams(…) or accelparams(…), or assignments such as ``imu.Gyroscope.NoiseDensity
-    = …``.
+    The script has name-value pairs in gyroparams(…) or accelparams(…), or assignments such as
+    ``imu.Gyroscope.NoiseDensity = …``.
     """
     text = re.sub(r"%.*", "", text).replace("...", " ")
     rate = re.search(r"SampleRate['\"]?\s*[,=]\s*([\d.eE+-]+)", text)

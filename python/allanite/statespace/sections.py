@@ -167,8 +167,8 @@ def _exponential(term: Exponential) -> Section | None:
 def _driven_together(terms: Sequence[Exponential]) -> Section | None:
     """Section of rotating pairs of states that one white noise drives: a band of resonators in series; None for others.
 
-    The complex amplitudes z_k of the pairs have E[z_k z̄_l] ∝ b_k b̄_l/(−λ_k − λ̄_l) with λ = ln φ and b_k = 1/Π_j(λ_k −
-    λ_j). None unless the amplitudes of the terms are the sums of these over l.
+    The complex amplitudes z_k of the pairs have E[z_k z̄_l] ∝ b_k b̄_l/(−λ_k − λ̄_l) with λ = ln φ and
+    b_k = 1/Π_j(λ_k − λ_j). None unless the amplitudes of the terms are the sums of these over l.
     """
     phi = np.array([complex(t.phi) for t in terms])
     if len(terms) < 2 or np.any(phi.imag == 0.0):

@@ -100,7 +100,7 @@ def is_as_good(before: Fit, after: Fit) -> bool:
 def refusal_reason(before: Fit, after: Fit, once: bool) -> str:
     """Clause that states why a significant suggestion was not added, such as "raises the Allan error".
 
-    With `once`, for an effect that happens once, the prediction of unseen data is not tested.
+    With `once`, the prediction of unseen data is not tested.
     """
     if not once and not predicts_as_well(before, after):
         return "predicts unseen data worse"

@@ -32,24 +32,12 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class Rung:
-    """One step of the model building.
+    """One step of the model building, which `added` an effect and `removed` those that it makes needless or replaces.
 
-    Attributes
-    ----------
-    added : Effect or None
-        Effect that the step added; None for the first step.
-    removed : tuple of str
-        Kinds of the effects that left the model, because the addition makes them needless or replaces them.
-    risen : float or None
-        ΔlogL of this step; None if it is the difference of the two fits.
-    dropped_start : int
-        Number of `removed` effects that were in the first model.
-    brought : tuple of Effect
-        Further effects of the step: replacements of some of `removed`, or effects that `added` needs.
-    trials : float or None
-        Number of independent tests of its search; None if no search found the effect.
-    numbers : tuple of int
-        Number of each effect of the model, the same in all steps that have the effect; empty for steps made by hand.
+    `risen` is ΔlogL of this step; None if it is the difference of the two fits. `dropped_start` is the number of `removed`
+    effects that were in the first model. `brought` are further effects: replacements of `removed`, or effects that `added`
+    needs. `trials` is the number of independent tests of its search. `numbers` has the number of each effect of the model,
+    the same in all steps that have the effect; empty for steps made by hand.
     """
 
     fit: Fit
@@ -131,9 +119,8 @@ def rung_of(
 ) -> Rung:
     """Step (`Rung`) from one state of a search to another.
 
-    Its `added` is the first new effect of the kind `named`. If no new effect has this kind, the first whose kind was not
-    removed in the step; otherwise the first new effect. `risen` is the ΔlogL of the step; by default that of the two fits.
-    `trials` is the number of independent tests of the search.
+    Its `added` is the first new effect of the kind `named`, else the first whose kind was not removed in the step, else the
+    first new effect. `risen` is the ΔlogL of the step; by default that of the two fits.
     """
     lost = after.lost_since(before)
     removed = tuple(before.fit.model.effects[place].kind for place in lost)
@@ -440,8 +427,7 @@ def misfit_left(ladder: Sequence[Rung]) -> tuple[float, ...]:
     """Tuple with the unexplained misfit of each step, in % of the largest of all steps (usually the first).
 
     The misfit of the last step is the logL that is still to be gained: that of a model with its own power for each bin,
-    minus its expectation for a true model. An earlier step adds the ΔlogL of all later steps. Negative misfits count as 0.
-    If no misfit is positive, all values are 100 %.
+    minus its expectation for a true model. An earlier step adds the ΔlogL of all later steps.
     """
     left = [max(ladder[-1].fit.unexplained_misfit, 0.0)]
     for before, rung in reversed(list(itertools.pairwise(ladder))):

@@ -20,8 +20,8 @@ if TYPE_CHECKING:
 class State:
     """A fitted model of a search and the numbers of its effects, of which the user's are the first.
 
-    `given` are the kinds of the effects of the user's model. One that can be in a model only once keeps its number if it
-    comes back. `used` is the number of effects that any model of the search had.
+    `given` are the kinds of the user's effects. One that can be in a model only once keeps its number if it comes back.
+    `used` is the number of effects that any model of the search had.
     """
 
     fit: Fit

@@ -67,8 +67,7 @@ def next_step(ladder: Sequence[Rung], check: Check) -> Rung | None:
 def step_and_suggestions(ladder: Sequence[Rung], check: Check) -> Found | None:
     """Pair (`Rung`, suggestions): the next step after a check of the last fit, and what it adds; None if nothing helps.
 
-    The following are tried in this order: significant suggestions; a replacement of an effect, for which the tuple of
-    suggestions is empty; suggestions that are not significant.
+    For a replacement of an effect, the tuple of suggestions is empty.
     """
     before = state_of(ladder)
     for suggestion in _candidates(check):
@@ -269,13 +268,10 @@ def _merged_or_added(
     """Tuple (`State`, ΔlogL, suggestions) after `suggestion` is added, with a second effect if needed; or None.
 
     The suggestions are those added, the one to name first. A line near other lines is merged with them into a wandering
-    band if possible; then nothing else is tested. Changes of level are added whatever the errors are. Errors are the
-    Allan error and the model discrepancy.
-
-    None if the effect cannot be added, or if the new model predicts worse (not tested for effects that happen once).
-    None as well if an error rises by more than its scatter and no second effect prevents it. With `alone`, no second
-    effect is searched; then also None if the discrepancy rises at all, or if the effect excludes samples and the Allan
-    error rises.
+    band if possible. Changes of level are added whatever the errors are. None if the new model predicts worse (not tested
+    for effects that happen once), or if an error rises by more than its scatter and no second effect prevents it. With
+    `alone`, no second effect is searched; then also None if the discrepancy rises at all, or if the effect excludes samples
+    and the Allan error rises.
     """
     fit, effect = before.fit, suggestion.effect
     wandering = with_wandering_line(before, suggestion)
@@ -326,11 +322,7 @@ def _merged_and_dropped(ladder: Sequence[Rung], before: State, added: State) -> 
 
 
 def _is_unchanged(before: Fit, after: Fit) -> bool:
-    """True if a step changed nothing of substance.
-
-    Both models then have the same kinds of effects and the same times of level changes, and the score rises by less than 3
-    nats.
-    """
+    """True if kinds of effects and times of level changes are the same, and the score rises by less than 3 nats."""
     old, new = (sorted(e.kind for e in fit.model) for fit in (before, after))
     old_times, new_times = ({e.switches for e in fit.model.modifiers} for fit in (before, after))
     same = old == new and old_times == new_times

@@ -95,8 +95,8 @@ def _by_delta_logl(
 ) -> Iterator[Effect]:
     """Iterator over the effects `new`, sorted by falling ΔlogL of a model with the effects `others` and one of them.
 
-    Shape values are not fitted again. `gains` holds the ΔlogL of each effect in an earlier step, and is updated. Only the
-    effect with the highest of them is evaluated again, because further effects seldom raise the ΔlogL of the others.
+    `gains` holds the ΔlogL of each effect in an earlier step, and is updated. Only the effect with the highest of them is
+    evaluated again, because further effects seldom raise the ΔlogL of the others.
     """
     left, known = list(new), set[Effect]()
     while left:

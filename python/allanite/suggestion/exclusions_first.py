@@ -190,8 +190,7 @@ def explained_by_process(
 def is_far_ahead(one: Suggestion, found: list[Suggestion]) -> bool:
     """True if every other significant suggestion has a score below a tenth of the score of `one`.
 
-    If `one` is a change of the noise level, other changes of the noise level do not count. False if another significant
-    suggestion is burst noise or a disturbance.
+    False if another significant suggestion is burst noise or a disturbance.
     """
     others = [s for s in found if s.significant and s is not one]
     if any(s.effect.screened == "two levels" or excludes_segment(s.effect) for s in others):

@@ -21,8 +21,7 @@ if TYPE_CHECKING:
 def explain(effect: Effect, found: Fit, before: Fit, note: str = "") -> str:
     """Text of sentences: name and values of the effect, its share of the Allan variance and at which τ, its physics.
 
-    `found` is the fit whose last effect is `effect`, `before` the fit without it. `note` precedes the physics; without a
-    note, differing slopes of a followed column are mentioned.
+    `found` is the fit whose last effect is `effect`, `before` the fit without it. `note` precedes the physics.
     """
     values = found.estimates_of_last
     numbers = ", ".join(

@@ -79,8 +79,7 @@ def log_chi2_tail(gain: float, count: int) -> float:
 def may_become_significant(family: Family, max_gain: float) -> bool:
     """True if a candidate of `family` with a ΔlogL of `max_gain` would have a p-value below 1 %.
 
-    `max_gain` estimates the largest ΔlogL of a refit. For slow functions it is not a strict limit, because the noise was
-    estimated with the function in the record.
+    For slow functions this is not strict, because the noise was estimated with the function in the record.
     """
     return log_p_value(family, max_gain) < np.log(FALSE_ALARM_PROBABILITY)
 
@@ -154,10 +153,10 @@ def best_interval(
 def delta_logl_of_two_levels(
     inside: NDArray[np.float64], count: NDArray[np.float64], total: float, n: float, freedom: float
 ) -> NDArray[np.float64]:
-    """ΔlogL, nats, of a separate mean power inside each of many intervals of a series.
+    """ΔlogL, nats, of a separate mean power inside each of many intervals of a series of `n` values with the sum `total`.
 
-    `inside` is the sum of the `count` values inside each interval; `total` is the sum of all `n` values. `freedom` is the
-    degrees of freedom d of each value. ΔlogL is −½ Σ d ln ρ, with the mean power ρ inside or outside over the common mean.
+    `inside` is the sum of the `count` values inside an interval, `freedom` the degrees of freedom d of each value. ΔlogL is
+    −½ Σ d ln ρ, with the mean power ρ inside or outside over the common mean.
     """
     a = np.maximum(inside / count, 1e-12)
     b = np.maximum((total - inside) / (n - count), 1e-12)
@@ -168,10 +167,9 @@ def delta_logl_of_two_levels(
 def refined_interval(
     power: NDArray[np.float64], freedom: float, start: int, end: int, min_values: int
 ) -> tuple[int, int, float]:
-    """Tuple (start, end, ΔlogL): an interval of the series `power` whose ends are moved to increase ΔlogL.
+    """Tuple (start, end, ΔlogL): interval of the series `power` whose ends are moved to increase the ΔlogL of its own mean.
 
-    ΔlogL is that of a separate mean inside; `freedom` is the degrees of freedom of each value. The interval keeps at least
-    `min_values` values. ΔlogL is −inf if no interval has at least so many values and leaves values outside.
+    `freedom` is the degrees of freedom of each value. ΔlogL is −inf if `min_values` do not fit in, or none is outside.
     """
     reach = max(2 * power.size // LEVEL_CELLS, (end - start) // 8)
     total = np.concatenate([[0.0], np.cumsum(power)])

@@ -337,7 +337,7 @@ def _suggestion(
 
     `surplus` is the ΔlogL that the discrepancy of the model without the effect explains. It is added to the ΔlogL if the
     model with the effect needs no discrepancy. The ΔlogL is divided by `scatter` for the p-value. `removes_percent` is NaN
-    and `rivals` is empty; callers fill them in.
+    until `_with_shares`.
     """
     from scipy.special import log_ndtr
 
@@ -383,8 +383,7 @@ def _with_shares(fit: Fit, judged: list[Suggestion]) -> list[Suggestion]:
     """List of copies of the suggestions with `removes_percent` set: the part of the unexplained misfit that each removes.
 
     An exclusion, a change of level or a moving band removes the amount by which the misfit of the spectrum falls. Other
-    suggestions remove their ΔlogL. 100 % is the misfit of `fit`, or more: the largest sum of a removed ΔlogL and the misfit
-    that remains after it.
+    suggestions remove their ΔlogL. 100 % is the misfit of `fit`, or the largest sum of a removed and a remaining misfit.
     """
     # The bins of `fit.unexplained_misfit` do not resolve a line. A study counts its first step in this way, too.
     removed: list[float] = []

@@ -149,8 +149,8 @@ def _interval(
     A value t is inside the interval if the estimate is not improbable under t (test inversion). For each t the other
     coefficients are fitted again, and the covariance is that of the resulting mixture. The estimate follows a gamma
     distribution with its exact variance and the skewness of a sum of squares. Its spread grows with t, which a standard
-    error at the estimate ignores. p is the probability of an estimate at least as large if the coefficient is 0. If p ≥
-    0.025, low = 0 and high is an upper limit. With a single coefficient, p is 0.
+    error at the estimate ignores. p is the probability of an estimate at least as large if the coefficient is 0. If it is
+    at least 0.025, low = 0 and high is an upper limit. With a single coefficient, p is 0.
     """
     test = _TestInversion(mixtures, target, squares, index, squares)
     center = float(squares[index])

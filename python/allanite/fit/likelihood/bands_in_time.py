@@ -37,8 +37,8 @@ def remove_level_change(white: Array, effect: Modifier, solution: Solution, data
     """Divide a band's change of level out of the whitened ordinates `white`, in place.
 
     If the change belongs to processes of the model, the frequency cells around their peaks are changed (`cell_shares`).
-    Otherwise all ordinates of the frequency band `effect.band` are changed. Their time series is divided by √g, g = 1 + s(p
-    − 1), with the expected relative power p over time and the share s of the process in the density (or 1).
+    Otherwise all ordinates of the frequency band `effect.band` are changed. Their time series is divided by √g,
+    g = 1 + s(p − 1), with the expected relative power p over time and the share s of the process in the density (or 1).
     """
     assert effect.band is not None
     owners = [p for p in solution.processes if effect.changes_level_of(p.effect)]

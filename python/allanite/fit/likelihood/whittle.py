@@ -86,8 +86,8 @@ def climb_many(
     """Tuple (coefficients, logL, discrepancies) of the local maxima that `climb` reaches from m starts, in parallel.
 
     `columns`, shape (m, bins, p), and `thetas`, shape (m, p), are those of each start. With `cells`, each bin has its own
-    error of the model; otherwise groups of neighboring bins share one. Discrepancies are indices in `SCALES`, or None for δ
-    = 0.
+    error of the model; otherwise groups of neighboring bins share one. Discrepancies are indices in `SCALES`, or None for
+    δ = 0.
     """
     law = likelihood(count, cells=cells)
     found, values, scales = law.climb_many(power, columns, thetas, scale, rounds)

@@ -236,9 +236,9 @@ def fourier_sums(
     """Complex Fourier sums of n samples of which only consecutive cosine ordinates are given, shape (count,).
 
     The sums are Σ x_t e^{−2πikt/n} for k = first … first + count − 1 ≤ n/2. The given ordinates start at index `start`; all
-    others are 0. An even ordinate j contributes only at k = j/2. An odd one contributes ½ √(2/n) e^{±iπj/2n} Σ_t e^{±iπ(j ∓
-    2k)t/n}, which depends only on j − 2k and j + 2k. The sums are therefore two convolutions of the length of the band, not
-    of the record.
+    others are 0. An even ordinate j contributes only at k = j/2. An odd one contributes ½ √(2/n) e^{±iπj/2n} Σ_t
+    e^{±iπ(j ∓ 2k)t/n}, which depends only on j − 2k and j + 2k. The sums are therefore two convolutions of the length of
+    the band, not of the record.
     """
     from scipy.fft import fft, ifft, next_fast_len
 

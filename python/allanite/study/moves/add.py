@@ -63,11 +63,10 @@ def with_second_effect(
     """Pair: `State` with a second effect added to `after`, and the suggestion of this effect; None if no effect helps.
 
     `after` is `before` plus a first effect. The second effect must leave no error above that of `before` beyond its
-    scatter. The significant suggestions of `check`, made for `before`, are tried first. If `tolerable` is True, the first
-    effect alone raises no error beyond its scatter. The score must then rise by more than 3 nats, and the discrepancy must
-    not exceed that of `before`. If `tolerable` is False and the Allan error still rises, the suggestions of a check of
-    `after` are tried as well, and the result with the lower Allan error is returned. These may also replace the first
-    effect.
+    scatter. The significant suggestions of `check`, made for `before`, are tried first. If the first effect alone is
+    `tolerable`, the score must rise by more than 3 nats, and the discrepancy must not exceed that of `before`. Otherwise,
+    if the Allan error still rises, the suggestions of a check of `after`, which may replace the first effect, are tried
+    too.
     """
     new = after.fit.model.effects[-1].kind
     first = _first_tolerable_pair(before, after, [s for s in check.significant if s.kind != new])
@@ -86,11 +85,10 @@ def with_second_effect(
 def _first_tolerable_pair(
     before: State, after: State, suggestions: Sequence[Suggestion]
 ) -> tuple[State, Suggestion] | None:
-    """Pair: `State` with one of the `suggestions` added, and that suggestion; or None.
+    """Pair: `State` with one of the first 8 `suggestions` added, and that suggestion; or None.
 
     It is the first suggestion with which the Allan error does not rise, otherwise the first with which no error rises
-    beyond its scatter. Errors are compared with `before`; `after` lacks the suggestion. Only the first 8 suggestions are
-    tried. Skipped are effects that the model already explains and effects that predict unseen data worse.
+    beyond its scatter. Errors are compared with `before`; `after` lacks the suggestion.
     """
     tolerable: tuple[State, Suggestion] | None = None
     for suggestion in suggestions[:MAX_FORMS_TRIED]:
@@ -114,11 +112,9 @@ def _first_tolerable_pair(
 
 
 def is_already_explained(suggestion: Suggestion, fit: Fit) -> bool:
-    """True if the model needs no further effect for this suggestion.
+    """True if the model has an effect at the same feature of the spectrum, or excludes most of the suggested effect.
 
-    This holds if the model has an effect at the same feature of the spectrum, or excludes a segment in which the suggested
-    effect mostly lies. It also holds if the suggestion would replace another effect, or if its kind may occur only once and
-    the model has it.
+    True as well if the suggestion would replace another effect, or if its kind may occur only once and the model has it.
     """
     effect = suggestion.effect
     if suggestion.gives_way or (effect.single and any(e.kind == effect.kind for e in fit.model)):

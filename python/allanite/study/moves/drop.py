@@ -99,8 +99,7 @@ def models_with_one_dropped(
 def gain_without(fit: Fit, place: int, less: Solution) -> float:
     """Rise of the score, nats, if the effect at index `place` is dropped; positive if the model without it is better.
 
-    The rise is that of the log evidence, minus the prior of the effect; positive priors count as 0. `less` is the solution
-    without the effect.
+    The rise is that of the log evidence of `less`, minus the prior of the effect; positive priors count as 0.
     """
     return evidence_gain(less, fit.solution, fit.data) - min(prior(fit.model.effects[place]), 0.0)
 

@@ -31,10 +31,9 @@ if TYPE_CHECKING:
 
 
 def with_harmonics_or_side_bands(before: State, after: State) -> State:
-    """`State` in which a newly added narrow band also has harmonics or side bands; `after` if neither helps.
+    """`State` in which a newly added narrow band, the last effect, also has side bands, or else harmonics; else `after`.
 
-    The new band is the last effect of `after`. If it has side bands, a modulated band replaces it. Otherwise its harmonics
-    are added. A result that lets an error rise beyond its scatter is not used.
+    A result that lets an error rise beyond its scatter is not used.
     """
     place = len(after.fit.model) - 1
     band = after.fit.model.effects[place]
@@ -167,10 +166,9 @@ def _with_side_bands(state: State, place: int) -> State:
 def _mean_power_beside(
     fit: Fit, band: Effect, middle: int, half: int, first: int, last: int
 ) -> NDArray[np.float64]:
-    """Mean relative power at each distance from the middle of a band, below and above it, shape (2, distances).
+    """Mean relative power at the distances `first` … `last` below and above the middle of a band, shape (2, distances).
 
-    The distances are `first` … `last` ordinates; each mean is over `half` ordinates on either side. It is 0 at the peaks of
-    other effects of the model, which are no side bands.
+    It is 0 at the peaks of other effects of the model, which are no side bands.
     """
     total = np.cumsum(_relative_power(fit)[middle - last - 2 * half : middle + last + 2 * half + 1])
     mean = (total[2 * half :] - np.append(0.0, total[: -2 * half - 1])) / (2 * half + 1)

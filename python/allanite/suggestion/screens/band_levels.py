@@ -65,12 +65,8 @@ LOSS_AT_95_PERCENT = 1.92
 def screen_band_level(solution: Solution, data: Data, whitened: Whitened) -> Candidate | None:
     """Refitted `Candidate` for the frequency band whose noise level differs most significantly in one interval; or None.
 
-    The bands of the model's processes are searched first, octaves only if none of them is significant. None
-
-    * for a summary, for coarsely rounded samples, or for a p-value above 1 %,
-    * if the interval is shorter than 1/64 of the record or longer than 63/64,
-    * if the factor differs from 1 by less than its error or the model discrepancy,
-    * if the model has a change of level in this band already, or if another change remains in this band.
+    The bands of the model's processes are searched first, octaves only if none of them is significant. The interval must
+    have 1/64 to 63/64 of the record. The factor must differ from 1 by more than its error and the model discrepancy.
     """
     kinds = [cls for cls in CATALOG if issubclass(cls, Modifier) and cls.screened == "band level"]
     if not kinds or whitened.samples.size < data.n or is_deformed_by_rounding(data):
@@ -108,8 +104,8 @@ def _changed_bands(
 ) -> tuple[list[tuple[float, float, float, int, int, list[Cell]]], float]:
     """Pair: list of (ln p, begin, end, first ordinate, number, cells) of bands with a changed level; ln(searches).
 
-    Only bands with a p-value below 1 % after correction for all searches are listed. `begin` and `end` are fractions of the
-    record, and `cells` as for `_fitted_level_change`. Octaves are searched only if no band of a process is listed.
+    Listed are bands with p < 1 % after correction for all searches. `begin` and `end` are fractions of the record, and
+    `cells` as for `_fitted_level_change`. Octaves are searched only if no band of a process is listed.
     """
     ordinates = _kernels.cosine_transform(whitened.samples)
     octaves = octaves_of(whitened)
@@ -183,11 +179,10 @@ def _fitted_level_change(
 ) -> tuple[float, float, float, Array]:
     """Tuple (factor, ΔlogL, standard error of ln factor, steady power): a changed level of one process in an interval.
 
-    `factor` is the standard deviation of the process inside over outside. The interval lies between the fractions `begin`
-    and `close` of the record. Each of `cells` is a pair: power over time of a frequency range, and part of the process in
-    that power. `steady power` is the series of the most informative pair, with the change divided out. If the process may
-    be absent inside or outside, `factor` is the end of its 95 % interval nearer to 1. (1, 0, 1, first series) if no series
-    resolves the interval.
+    `factor` is the standard deviation of the process inside over outside of the fractions `begin` to `close` of the record.
+    Each of `cells` is a pair: power over time of a frequency range, and part of the process in that power. `steady power`
+    is the most informative series, with the change divided out. If the process may be absent inside or outside, `factor` is
+    the end of its 95 % interval nearer to 1.
     """
     from scipy.optimize import brentq, minimize_scalar
 
@@ -205,11 +200,7 @@ def _fitted_level_change(
     measured, count, shares = np.array(seen), np.array(counts, dtype=float), np.array(owned)
 
     def expected(log_ratio: float, of: Array) -> Array:
-        """Expected power inside and outside of an interval, relative to the mean over time, shape (shares, 2).
-
-        `log_ratio` is ln of the power of the process inside over outside. `of`, shape (shares,), is its part in the whole
-        power.
-        """
+        """Expected power inside and outside, relative to the mean over time, for parts `of` of it, shape (shares, 2)."""
         ratio = np.exp(log_ratio)
         mean = ratio * inside + 1.0 - inside
         return np.asarray(1.0 + of[:, None] * (np.array([ratio, 1.0]) / mean - 1.0))
@@ -237,10 +228,9 @@ def _fitted_level_change(
 
 
 def _dominated_bands(solution: Solution, data: Data) -> Iterator[tuple[Process, int, int]]:
-    """Iterator over (process, first ordinate, number of ordinates): the band in which a process has half of the power.
+    """Iterator over (process, first ordinate, number): the band in which a process has at least half of the power.
 
-    Omitted are processes without a frequency band, processes whose level the model already changes over time, and bands
-    with fewer than 64 ordinates.
+    Omitted are processes whose level the model already changes over time, and bands with fewer than 64 ordinates.
     """
     half = data.rate / (2.0 * data.n)
     for own in solution.processes:

@@ -88,8 +88,8 @@ SCREEN = Screen(
 def _log_odds(solution: Solution, data: Data) -> float:
     """Logarithm of the likelihood ratio of two levels to Gaussian noise with the same spectrum; 0 if it cannot be known.
 
-    The last random process of the model must be the Gauss–Markov process. The means over blocks of a twentieth of its dwell
-    time are compared.
+    The last process of the model must be the Gauss–Markov process. Means over blocks of 1/20 of its dwell time are
+    compared.
     """
     process = solution.model.stochastic[-1]
     time, sigma = float(process.values["correlation_time"]), float(process.values["sigma"])

@@ -203,9 +203,8 @@ class _Sections:
     ) -> _Course | None:
         """Most likely course (`_Course`) of the center frequency of the band over time; None if no course raises logL.
 
-        None as well if the frequencies of the course differ by less than a half-width of the band. `widths` are the tried
-        half-widths divided by the center frequency, widest first. `theta` is the squared coefficient of the moving band.
-        `replaced` are the effects of the model that the moving band replaces.
+        A course must span at least a half-width. `widths` are the tried half-widths divided by the center frequency, widest
+        first. `theta` is the squared coefficient of the moving band, which replaces the effects `replaced`.
         """
         low, high = self.own.effect.occupies or (0.0, 0.0)
         middle, half = 0.5 * (low + high), 0.5 * (high - low)
@@ -241,8 +240,7 @@ class _Sections:
         """Most likely course (`_Course`) of the center frequency of a band over time, for one width of the band; or None.
 
         The frequency stays between the two values `within`, Hz. Two forms are compared: a constant frequency in each time
-        section, and a polygon. None if the range holds at most four tried frequencies, if the band is not possible at one
-        of them, or if a section does not resolve neighboring tried frequencies.
+        section, and a polygon.
         """
         step = relative_width * 0.5 * sum(within) / PLACES_PER_HALF_WIDTH
         if step < self.resolution:
@@ -262,11 +260,7 @@ class _Sections:
         cells = self.sections.cells((within[0] - aside, within[1] + aside), step)
 
         def log_likelihoods(other_power: Array, band: Stochastic, strength: float) -> Array:
-            """LogL of each time section of the record, shape (sections,), with `band` in the model.
-
-            The expected power is `other_power`, shape (cells,), plus `strength` (a squared coefficient) times the power of
-            `band`.
-            """
+            """LogL of each time section, shape (sections,), for `other_power` plus `strength` times that of `band`."""
             there = Model(tuple(band if e is effect else e for e in self.model))
             of_band = cells.expected(there.unit_terms(band, self.data.rate))
             return cells.log_likelihood(other_power + strength * of_band)

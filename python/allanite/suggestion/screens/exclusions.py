@@ -80,10 +80,9 @@ def end_outlier_scores(solution: Solution, data: Data) -> NDArray[np.float64]:
     reach = np.arange(END_NEIGHBORS)
 
     def distances(at: NDArray[np.int64] | int, way: int) -> NDArray[np.float64]:
-        """Absolute distances of the samples with indices `at` from the median of their neighbors on one side.
+        """Absolute distances of the samples `at` from the median of neighbors before (`way` −1) or after them (1).
 
-        `way` is −1 for the samples before and 1 for those after. The `gap` in the enclosing function is the distance to the
-        nearest neighbor used; a larger gap omits outliers next to the sample.
+        The nearest neighbor used is `gap` samples away; a larger gap omits outliers next to the sample.
         """
         behind = np.asarray(at)[..., None] + way * reach
         return np.abs(samples[at] - medians(samples[behind + way * gap]))
@@ -148,9 +147,8 @@ def screen_outliers(
     """Function without arguments that returns the refitted `Candidate` to exclude outliers; None if there are no outliers.
 
     An outlier is a value of the whitened record `samples` beyond two limits: the limit that normal noise exceeds in 1 % of
-    records, and the limit of the record's own tail. Outliers at the ends come from `end_outlier_scores`. The ΔlogL is that
-    of a separate level for each outlier, minus ln n each. None if more than 20 % of the samples are outliers, for a
-    summary, or if nearly all samples are equal.
+    records, and the limit of the record's own tail. The ΔlogL is that of a separate level for each outlier, minus ln n
+    each. None if more than 20 % of the samples are outliers, for a summary, or if nearly all samples are equal.
     """
     from scipy.special import log_ndtr
 
@@ -214,8 +212,7 @@ def _exclusion_candidate(
 ) -> Candidate | None:
     """`Candidate` that excludes samples, refitted to the remaining samples; or None.
 
-    `gain` is its ΔlogL, `numbers` its number of parameters, and `log_p` its ln p. None if the effect is None or excludes
-    only samples that are already missing, or for a summary.
+    `gain` is its ΔlogL, `numbers` its number of parameters, and `log_p` its ln p.
     """
     if effect is None or not data.whole:
         return None
@@ -342,10 +339,9 @@ def _power_ratio(
 ) -> float | None:
     """Ratio of the power in a segment to the median power in up to 16 other segments of equal length; or None.
 
-    The octave with the ordinates `low` … `high` is divided into 7 bands; the largest ratio of all bands is returned. The
-    segment lies between the fractions `first` and `last` of the record. The ratio is divided by 10 if at least half of the
-    other segments have a narrow peak in the octave, because its power may vary. None if a band would have fewer than 8
-    ordinates or lie above the Nyquist frequency.
+    The octave with the ordinates `low` … `high` is divided into 7 bands, of which the largest ratio counts. The segment
+    lies between the fractions `first` and `last` of the record. The ratio is divided by 10 if at least half of the other
+    segments have a narrow peak in the octave, because its power may vary.
     """
     from scipy.fft import next_fast_len, rfft
 
@@ -398,8 +394,7 @@ def _is_loud(power: NDArray[np.float64], freedom: float, first: float, last: flo
 def octaves_of(steady: Whitened) -> list[tuple[int, int, NDArray[np.float64], float]]:
     """List of (first ordinate, end, power over time, degrees of freedom of each value) for each whitened octave.
 
-    The degrees of freedom are reduced by the overdispersion. Octaves with fewer than 64 values or without power are
-    omitted.
+    The degrees of freedom are reduced by the overdispersion.
     """
     return [
         (low, high, power, each / overdispersion(power, each))
@@ -414,10 +409,9 @@ def delta_logl_of_octave_levels(
     last: float,
     only_louder: bool = False,
 ) -> float:
-    """ΔlogL, nats, at least 0, if every octave of frequency has another noise level in one segment.
+    """ΔlogL, nats, at least 0, if every one of `octaves_of` has another noise level between two fractions of the record.
 
-    `bands` are as from `octaves_of`. The segment lies between the fractions `first` and `last` of the record. With
-    `only_louder`, octaves that are quieter in the segment add nothing.
+    With `only_louder`, octaves that are quieter in the segment add nothing.
     """
     total = 0.0
     for _, _, power, freedom in bands:
@@ -439,8 +433,7 @@ def without_ringing(
 
     The band-pass filter of an octave rings before and after a loud part, so the segment is too long. Power in short windows
     (8 periods of the octave) does not ring. `low` and `high` are the ordinates of the octave; `first` and `last` are the
-    ends of the segment, as fractions of the record. None if the segment is shorter than two windows, if fewer than 64
-    windows lie outside of it, or if none in it has 100 times the median power of the windows outside.
+    ends of the segment, as fractions of the record. A window must have 100 times the median power of windows outside.
     """
     n = samples.size
     length = WINDOW_PERIODS * 4 * n // (low + high)

@@ -24,8 +24,7 @@ def most_likely_borders(
     """The borders `places` between constant levels, each moved to its most likely index in `power`.
 
     A border is the index of the first value after it. `levels` are the mean powers of all intervals. An interval between
-    two borders keeps at least `min_values` values, since anything shorter is an outlier. A border between equal levels, or
-    without room to move, stays.
+    two borders keeps at least `min_values` values, since anything shorter is an outlier.
     """
     out = places.copy()
     for k, place in enumerate(places):
@@ -79,10 +78,9 @@ def borders_within_cells(
 ) -> tuple[list[float], list[float]]:
     """Pair of lists: index in `power` of each level change, with a fraction; and power after it relative to the start.
 
-    `power` is a series over time, in which a value may mix the levels before and after a change. `places` are estimates of
-    the indices. `factors` are the levels after each change (square roots of power); intervals with equal factors have one
-    mean. Values within 12 of a change are omitted from the means, or a quarter of a short interval. The sum of the power
-    near a change gives its index.
+    A value of `power`, a series over time, may mix the levels before and after a change. `places` are estimates of the
+    indices, `factors` the levels after each change (square roots of power); equal factors have one mean. Values within 12
+    of a change are omitted from the means. The sum of the power near a change gives its index.
     """
     known = [1.0, *factors]
     at = np.arange(power.size) + 0.5

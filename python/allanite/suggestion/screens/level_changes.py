@@ -69,9 +69,7 @@ def _outliers_and_levels(
 ) -> tuple[Candidate | None, list[Candidate]]:
     """Pair: `Candidate` that excludes outliers or None, and list of `Candidate` of changes of the noise level.
 
-    With outliers, the level changes are searched without the outlier samples, and then refitted to the given data. If a
-    level change found with all samples also changes the median size of the samples, there are no outliers, only louder
-    times.
+    If a level change also changes the median size of the samples, there are no outliers, only louder times.
     """
     refit_outliers = screen_outliers(solution, data, whitened.samples)
     found = screen_levels(solution, data, whitened)
@@ -108,8 +106,7 @@ def screen_levels(solution: Solution, data: Data, whitened: Whitened) -> list[Ca
     """List of refitted `Candidate` of changes of the white-noise level over time; empty if none is found.
 
     Four forms are searched: one interval, several intervals, a periodic level, and a level that follows a logged column.
-    Candidates within 3 nats of the best (ΔlogL minus BIC cost) are returned. If the model has a level change already,
-    candidates must make the power clearly steadier.
+    Candidates within 3 nats of the best (ΔlogL minus BIC cost) are returned.
     """
     series = level_series(solution, data, whitened)
     if series is None:
@@ -175,8 +172,7 @@ def _repeats_waveform(candidate: Candidate, data: Data, whitened: Whitened) -> b
 def _makes_power_steadier(candidate: Candidate, data: Data, series: Series) -> bool:
     """True if the white-noise power varies clearly less over time with the refitted model of the candidate than without it.
 
-    The rise of logL of the power must be at least half of the candidate's ΔlogL. True as well if the power with the
-    candidate is unknown.
+    The rise of logL of the power must be at least half of the candidate's ΔlogL.
     """
     # The model may contain this change of level already; then the remainder is not white noise.
     assert candidate.solution is not None
@@ -263,8 +259,7 @@ def _white_fraction(solution: Solution) -> float:
 def _square_with_ends(whitened: Whitened) -> NDArray[np.float64]:
     """Squares of the whitened samples with normal tails, shape (n,).
 
-    The samples at both ends of the record are not known. Their squares are replaced by the mean square of their neighbors,
-    four times as many samples as the end has.
+    The unknown samples at both ends get the mean square of their neighbors, four times as many samples as the end has.
     """
     square = whitened.with_normal_tails.samples**2
     n, ends = square.size, end_samples(square.size)
@@ -283,10 +278,9 @@ def _refitted_candidate(candidate: Candidate, solution: Solution, data: Data) ->
 def overdispersion_without(
     base: Solution, data: Data, levels: list[Candidate], searches: int
 ) -> tuple[float, float]:
-    """Pair (overdispersion, largest relative power) that the best change of noise level in `levels` would cause; or (1, 1).
+    """Pair (overdispersion, largest relative power) that the best significant change of level would cause; or (1, 1).
 
-    The first value is the factor by which the variance of the spectrum is larger than for constant noise. Candidates need a
-    p-value below 1 % after correction for `searches` searches.
+    The first value is the factor by which the variance of the spectrum is larger than for constant noise.
     """
     significant = [
         c

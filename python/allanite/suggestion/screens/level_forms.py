@@ -122,8 +122,7 @@ def screen_several(series: Series, model: Model) -> list[Candidate]:
     """List with one `Candidate` (not refitted) in which the white-noise level changes at two or more times; or empty.
 
     Two forms are compared: each interval has its own level, or two levels alternate. The cost of a form is ½ ln n for each
-    parameter, where n is the number of degrees of freedom. The form with the largest ΔlogL minus cost is returned. Its
-    p-value is exp(cost − ΔlogL), at most 1. Empty if the best form has only one interval with another level.
+    parameter, where n is the number of degrees of freedom. The p-value is exp(cost − ΔlogL), at most 1.
     """
     kinds = [type(blank) for blank in _level_effects(model, {})]
     freedom = series.freedom
@@ -157,10 +156,7 @@ def screen_several(series: Series, model: Model) -> list[Candidate]:
 
 
 def _level_effects(model: Model, columns: Mapping[str, Array]) -> list[Modifier]:
-    """List of catalog effects without values that change the noise level over time and may be added to `model`.
-
-    `columns` maps names to logged columns, such as the temperature, on which the level may depend.
-    """
+    """List of catalog effects without values that change the noise level over time and may be added to `model`."""
     kinds = [cls for cls in CATALOG if issubclass(cls, Modifier) and cls.screened == "level"]
     return [blank for cls in kinds for blank in cls.candidates(model, columns)]
 
@@ -169,7 +165,6 @@ def _level_borders(power: Array, freedom: float, *, turns: bool) -> NDArray[np.i
     """Most likely borders between intervals of constant noise level, as indices of `power`.
 
     With `turns`, two levels alternate. Without `turns`, each interval has its own level, and a border costs two parameters.
-    `freedom` is the degrees of freedom of each value.
     """
     cells = min(LEVEL_CELLS, power.size // 8)
     edges = np.arange(cells + 1) * power.size // cells
@@ -190,8 +185,7 @@ def _level_borders(power: Array, freedom: float, *, turns: bool) -> NDArray[np.i
 def _partition(power: Array, count: Array, price: float) -> list[int]:
     """Ascending list of the borders of the partition into constant levels with the largest penalized logL.
 
-    Each border costs `price`. A border is the index of the first value after it; `count` is the degrees of freedom of each
-    value.
+    Each border, the index of the first value after it, costs `price`; `count` is the degrees of freedom of each value.
     """
     total = np.concatenate([[0.0], np.cumsum(power * count)])
     size = np.concatenate([[0.0], np.cumsum(count)])
@@ -213,9 +207,8 @@ def _partition(power: Array, count: Array, price: float) -> list[int]:
 def _alternating_borders(power: Array, count: Array, borders: list[int], price: float) -> list[int]:
     """Ascending list of the indices at which the noise power changes between a quiet and a loud level.
 
-    `borders`, as indices of the cells with the mean `power`, are the first guess, and `count` the degrees of freedom. The
-    two levels come from a threshold between the mean powers of their intervals. All thresholds are tried, and the likeliest
-    sequence of the two levels is kept (`_best_path`). Each change of level costs `price` nats.
+    `borders`, as indices of the cells of `power`, are the first guess, and `count` the degrees of freedom of each cell. All
+    thresholds between two levels are tried, and the likeliest sequence is kept. A change of level costs `price` nats.
     """
     if len(borders) < 2:
         return []
@@ -281,9 +274,8 @@ def screen_cycle(series: Series, model: Model) -> Candidate | None:
 
     The period comes from the H test: the sum of the powers of 1 to 6 harmonics minus 4 for each further harmonic, at its
     maximum over all frequencies. The powers are relative to those of neighboring frequencies (`_background`): a level that
-    returns after about the same time, but not exactly, has no period. None if this maximum has a p-value above 1 %, or if
-    the best level has a ΔlogL of at most 3. The p-value of the candidate is the larger of two: that of the H test, and that
-    of the best part of the period.
+    returns after about the same time, but not exactly, has no period. The p-value of the candidate is the larger of that of
+    the H test, and that of the best part of the period.
     """
     from scipy.special import log_ndtr
 
@@ -350,11 +342,11 @@ def _background(ratio: Array) -> Array:
 
 
 def _best_gate(power: Array, cycles: float, freedom: float) -> tuple[float, float, int, int]:
-    """Tuple (ΔlogL, period, first phase, end phase) of the most likely periodic gate.
+    """Tuple (ΔlogL, period, first phase, end phase) of the most likely gate: part of each period with another level.
 
-    A gate is a part of each period in which the noise has another level. The tried periods are `power.size` values divided
-    by `cycles` ± 0.5; the returned period is in values of `power`. Phases are integers in 1/64 of a period. The end is
-    exclusive and may exceed 64. ΔlogL is −inf if no tried period fills all phases.
+    The tried periods are `power.size` values divided by `cycles` ± 0.5; the returned one is in values of `power`. Phases
+    are integers in 1/64 of a period; the end is exclusive and may exceed 64. ΔlogL is −inf if no tried period fills all
+    phases.
     """
     cells = power.size
     best = (-np.inf, 0.0, 0, 0)
@@ -372,11 +364,9 @@ def _best_gate(power: Array, cycles: float, freedom: float) -> tuple[float, floa
 
 
 def refined_gate(square: Array, period: float, first: float, share: float) -> tuple[float, ...]:
-    """Tuple (period, first sample, share) of the most likely gate near a coarse one, from the squares of single samples.
+    """Tuple (period, first sample, share of the period) of the most likely gate near a coarse one, from squares of samples.
 
-    A gate is the part of each period with another noise level. `share` is its length divided by the period. Period and
-    first sample are in samples. Both ends of the gate are moved by up to 1/32 of a period, and the period is varied
-    slightly.
+    Period and first sample are in samples. Both ends of the gate are moved by up to 1/32 of a period.
     """
     n, reach = square.size, 2 * FINE_PHASES
     phases = PHASES * FINE_PHASES
@@ -412,8 +402,7 @@ def refined_gate(square: Array, period: float, first: float, share: float) -> tu
 def _best_phases(sums: Array, count: Array, freedom: float) -> tuple[float, int, int]:
     """Tuple (ΔlogL, first, end) of the part of a period, at most half of it, whose noise level differs most.
 
-    `sums` and `count` are the sum and number of the values at each phase. `first` and `end` are phases in 1/64 of a period.
-    `end` is exclusive and may be above 64.
+    `sums` and `count` are the sum and number of the values at each of 64 phases. `end` is exclusive and may be above 64.
     """
     twice, sizes = (np.concatenate([[0.0], np.cumsum(np.tile(x, 2))]) for x in (sums, count))
     first = np.arange(PHASES)[:, None]

@@ -54,8 +54,7 @@ def _divide_by_level(
     """List of pairs (end, level), one for each frequency interval of the periodogram `power`. Changes `power` in place.
 
     Each interval of `power` is divided by its level: the median over ln 2, which a broad band raises but a line does not.
-    `end` is the index after the last value of the interval. A level is at least `floor`. If a bin in the interval is empty,
-    the true level is unknown, and the level is at least 1.
+    If a bin in the interval is empty, the true level is unknown, and the level is at least 1.
     """
     empty = np.flatnonzero(is_empty(bins))
     edges = np.unique(
@@ -80,8 +79,7 @@ def _divide_by_level(
 def look(context: Context) -> tuple[Candidate, ...]:
     """Tuple of refitted `Candidate` of up to 12 lines of the residual, the clearest first, each with its harmonics.
 
-    Evenly spaced lines become one candidate. The search ends at a peak of at most 6 nats, or less than 3 above ln of the
-    number of trials.
+    Evenly spaced lines become one candidate.
     """
     solution, data, whitened = context.solution, context.data, context.whitened.samples
     if solution.best.scale is not None or data.gain is not None:
@@ -155,8 +153,7 @@ def _refitted(
 ) -> Candidate | None:
     """`Candidate` of a line, or of a line with multiples, refitted near the frequency `start`, Hz; None if ΔlogL is ≤ 0.
 
-    `error` is the largest error of `start`, in ordinates. `band` is a pair: half-width in ordinates and ΔlogL of a narrow
-    band of noise at the strongest line.
+    `error` is that of `start`, in ordinates. `band` is the half-width in ordinates and the ΔlogL of a narrow band of noise.
     """
     multiples = [m for m, _, _ in effect.lines]
     j = comb_window(start, multiples, data, ORDINATES_BESIDE_LINE)
@@ -231,11 +228,9 @@ def evenly_spaced(
 ) -> tuple[float, list[float]] | None:
     """Pair (lowest, multiples) of the evenly spaced lines of a periodogram that are most complete; or None.
 
-    The distances of any two of `places`, indices of the clearest lines, are tried as spacing. `multiples` is the ascending
-    list of the lines, divided by the lowest one. At least 5 lines, and more than `harmonics`, must stand out, at 60 % of
-    the positions from the lowest to the highest. Most complete means the largest number of lines minus 60 % of these
-    positions. Harmonics of their spacing are not counted. The frequencies are those of a straight line through the maxima
-    of all lines.
+    The distances of any two of `places`, indices of the clearest lines, are tried as spacing. `multiples` are the lines
+    divided by the lowest one. At least 5 lines, and more than `harmonics`, must stand out, at 60 % of the positions from
+    the lowest to the highest. Most complete means the largest number of lines minus 60 % of these positions.
     """
     best: tuple[float, float, list[float]] | None = None
     for a, b in itertools.combinations(sorted(places), 2):
@@ -319,11 +314,10 @@ def _periodic_effects(
 
 
 def _best_width(top: int, solution: Solution, data: Data, level: float) -> tuple[int, float]:
-    """Pair: half-width, in ordinates, and ΔlogL of the narrow-band noise that explains a line best.
+    """Pair: half-width, in ordinates, and ΔlogL of the narrow-band noise that explains a line at the ordinate `top` best.
 
-    `top` is the ordinate of the line. Lorentzians with half-widths of 1, 2, 4, … 64 and many heights are compared (Whittle
-    likelihood). Half-widths of 1 and 2 are returned as 0. If `level` is above 1, the noise near the line is first divided
-    by its own median, if that is higher than expected.
+    Half-widths of 1 and 2 are returned as 0. If `level` is above 1, the noise near the line is first divided by its own
+    median, if that is higher than expected.
     """
     j = np.arange(
         max(1, top - WIDTH_ORDINATES),
@@ -344,10 +338,9 @@ def _best_width(top: int, solution: Solution, data: Data, level: float) -> tuple
 
 
 def _wandering_note(frequency: float, width: int, surplus: float, data: Data) -> str:
-    """Sentence that a line is a narrow band of noise, with its width; "" if the line is a pure line.
+    """Sentence that a line is a narrow band of noise, with its half-width in ordinates; "" if the line is a pure line.
 
-    `width` is the half-width of the band in ordinates. `surplus` is the ΔlogL of the band minus that of a pure line, at
-    least 8 for a band.
+    `surplus` is the ΔlogL of the band minus that of a pure line.
     """
     if width == 0 or surplus < MIN_DELTA_LOGL_OVER_SIMPLER:
         return ""
@@ -363,9 +356,8 @@ def _fundamental_and_multiples(
 ) -> tuple[int, list[int]]:
     """Pair (index, multiples): fundamental frequency of the line at index `top`, and its harmonics, such as [1, 2, 3].
 
-    The fundamentals `top`, `top`/2, `top`/3, … are tried, and the one with the most harmonics above the noise is taken.
-    Harmonics 1 … 12 count for `top` … `top`/3. Up to the 64th count while at least 60 % of all lower harmonics are there.
-    `width` is the half-width of the line in indices.
+    The fundamental `top`, `top`/2, `top`/3, … with the most harmonics above the noise is taken. Harmonics 1 … 12 count for
+    `top` … `top`/3, those up to the 64th while at least 60 % of all lower harmonics are there.
     """
     best = (top, [1])
     for divisor in range(1, MAX_PULSE_HARMONIC // 2 + 1):

@@ -46,12 +46,9 @@ def several_excursions(
 ) -> tuple[Deterministic, float] | None:
     """Pair (effect, ln number): one effect that contains 2 to 32 excursions (short events); or None.
 
-    Excursions are added one by one as long as the p-value falls, and the set with the highest evidence is taken. The second
-    element is ln of the number of possible sets of so many excursions, divided by the number of single ones; it lowers the
-    evidence. None if a second excursion does not lower the p-value.
-
-    `best_spans` of `kind` finds an excursion; `first` is the best single one. `places` is the number of independent
-    excursions that the search for one tries. `solution` is that of the model without any.
+    Excursions are added one by one as long as the p-value falls, and the set with the highest evidence is taken. The number
+    is that of possible sets of so many excursions, divided by that of single ones. `first` is the best single excursion,
+    `places` the number of independent ones, and `solution` that of the model without any.
     """
     found, fitted = [_with_height_one(first)], _solution_with_excursions([first], solution, data)
     log_p, best, events = _log_p(1, places, fitted, solution), -np.inf, []

@@ -192,10 +192,9 @@ def _richer_forms(
 ) -> dict[Deterministic, tuple[float, float, Noise]]:
     """Dict from each effect with more parameters than `simple`, shapes optimized, to a tuple (angle, starts, noise).
 
-    The effects are forms of `simple` with more parameters, the best excursions between any two times, and forms of these
-    excursions. `angle`, rad, is the path length of the grid of shapes, and `starts` the number of independent start times;
-    both count trials. `noise` is the noise of the model with `simple`, for excursions also without it if `simple`
-    `is_significant`.
+    The effects are forms of `simple` with more parameters, the best excursions between any two times, and forms of these.
+    `angle`, rad, is the path length of the grid of shapes, and `starts` the number of independent start times; both count
+    trials. `noise` is that of the model with `simple`, for excursions also without it if `simple` `is_significant`.
     """
     solution, data = context.solution, context.data
     base, known = solution.noise(data), solution.model.deterministic
@@ -270,8 +269,7 @@ def _several_excursions(
 ) -> list[Candidate]:
     """List with one refitted `Candidate`: several excursions (short events) as one effect; or empty.
 
-    `judged_gain` is reduced by ln of the number of possible sets of excursions. Empty if the model has an excursion
-    already, or if `forms` (from `_richer_forms`) has none.
+    `judged_gain` is reduced by ln of the number of possible sets of excursions.
     """
     solution, data = context.solution, context.data
     alone = [
@@ -328,17 +326,11 @@ def _refitted_candidate(
     context: Context,
     over: tuple[float, Family] | None = None,
 ) -> Candidate | None:
-    """Refitted `Candidate` that adds the slow function `effect` to the model; or None.
+    """Refitted `Candidate` that adds the slow function `effect` to the model; None if logL does not rise.
 
-    None in these cases:
-
-    * logL does not rise, compared with the model, or with the model and the best slowly drifting random process.
-    * An event rests on a few samples only.
-    * The slope on a logged column has different signs at slow and fast time scales.
-    * `over` = (ΔlogL, family) is given, and the rise above this ΔlogL is not significant (1 %) or a time is not known.
-
-    `gain` is the ΔlogL over the model. `judged_gain`, from which the p-value follows, is at most the ΔlogL beside the best
-    slowly drifting random process. `family` holds the trials of the search.
+    None as well if an event rests on a few samples, if the slope on a logged column has different signs at slow and fast
+    time scales, or if the rise above `over` = (ΔlogL, family) is not significant (1 %). `judged_gain`, from which the
+    p-value follows, is at most the ΔlogL beside the best slowly drifting random process.
     """
     base, data, rival = context.solution, context.data, context.shared(_best_wandering_process)
     refitted = solve(data, base.model + effect, like=base, settled=len(base.model), rounds=4)
@@ -376,8 +368,7 @@ def _refitted_candidate(
 def _rests_on_few_samples(event: Deterministic, base: Solution, data: Data) -> bool:
     """True if a short event depends on a few outliers: its trimmed mean is less than half of its mean.
 
-    Both are means of the residual during the event, minus those of an equal time before it. True for fewer than 16 samples
-    in the event, and False for fewer than 16 samples before it.
+    Both are means of the residual during the event, minus those of an equal time before it.
     """
     if event.when is None or event.when[0] == event.when[1] or data.samples.size < data.n:
         return False
@@ -447,7 +438,7 @@ def _with_gains_next_to_best(found: list[Candidate], data: Data) -> tuple[Candid
     """Tuple of copies of the candidates `found` with lower `judged_gain` for all but the best functions.
 
     The best functions are those within 3 nats of the highest score. `judged_gain` of another function becomes its smallest
-    ΔlogL in a model that has one of the best functions. Functions that cannot be significant anyway are not changed.
+    ΔlogL in a model that has one of the best functions.
     """
     # A step at the start looks like a warm-up, and like any temperature that rises from there.
     # Compare scores, not gains: of two forms of one event the one with more parameters gains a little more.

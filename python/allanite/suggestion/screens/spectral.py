@@ -101,9 +101,8 @@ def directions(
 ) -> Iterator[tuple[type[Effect], list[Effect], NDArray[np.float64]]]:
     """Iterator over (kind, effects, unit vectors): how each shape of an effect would change the spectrum.
 
-    `effects` are trial effects of the kind with a grid of shape values. The unit vectors, shape (effects, bins), are the
-    normalized changes of bin power divided by the scatter of each bin. The part that the model's own effects can fit is
-    subtracted first. Effects of which nothing remains are omitted.
+    The unit vectors, shape (effects, bins), are the normalized changes of bin power divided by the scatter of each bin. The
+    part that the model's own effects can fit is subtracted first; effects of which nothing remains are omitted.
     """
     root = np.sqrt(0.5 * solution.count)
     # Directions of the model's own effects: the refit moves along them anyway.
@@ -178,10 +177,9 @@ def bands_overlap(one: tuple[float, float], other: tuple[float, float]) -> bool:
 def _narrow_band_candidate(
     point: Effect, base: Solution, part: RandomPart, white: NDArray[np.float64], arc: float
 ) -> Candidate | None:
-    """Refitted `Candidate` of the most significant band that is narrower than a bin of the spectrum; or None.
+    """Refitted `Candidate` of the most significant band, of the kind of `point`, narrower than a bin; or None.
 
-    The band is searched in `white`, the whitened single ordinates, and has the kind of the effect `point`. `arc` is the
-    path length of this kind's grid of shapes, rad.
+    `white` are the whitened single ordinates. `arc` is the path length of this kind's grid of shapes, rad.
     """
     data = part.data
     if not isinstance(point, Stochastic) or point.banded(1.0, 1.001) is None:
@@ -237,8 +235,7 @@ def _residual_maxima(
 ) -> list[Effect]:
     """List of at most 60 of the trial effects `points`, in their order, that fit peaks of the residual spectrum best.
 
-    A row of `unit` is the normalized change of the spectrum by a trial effect. The residual is projected on these rows, and
-    the largest local maxima are taken. This suits narrow effects only.
+    A row of `unit` is the normalized change of the spectrum by a trial effect. This suits narrow effects only.
     """
     residual = (solution.power / solution.spectrum - 1.0) * np.sqrt(0.5 * solution.count)
     score = unit @ residual
@@ -254,8 +251,8 @@ def _with_richer_form(
 ) -> tuple[Model, Maximum]:
     """Pair (model, maximum of logL) in which the last effect has a form with more parameters, if logL rises by over 8 nats.
 
-    Otherwise (`model`, `best`). `ends` are pairs of the same kind, for other shapes. The forms with more parameters
-    (`Effect.extended`) of the eight best are tried, and only if the model has a discrepancy.
+    Otherwise (`model`, `best`). `ends` are pairs of the same kind, for other shapes; the forms (`Effect.extended`) of the
+    eight best are tried, and only if the model has a discrepancy.
     """
     if best.scale is None:
         return model, best
@@ -327,8 +324,7 @@ def _refitted_candidate(
 ) -> Candidate | None:
     """Refitted `Candidate`: the best one of the trial effects `points`, after the best few are optimized; or None.
 
-    `points` are one kind of effect with a grid of shape values. None if no trial effect raises logL by 0.5 nats. `arc` is
-    the path length (sum of angles) of the grid, rad.
+    `points` are one kind of effect with a grid of shape values, and `arc` is the path length of the grid, rad.
     """
     scanned = scan_added_effect(base.model, points, base.best, part)
     if scanned[0][0].log_likelihood - base.best.log_likelihood < MIN_SCORE_GAIN:
@@ -357,8 +353,7 @@ def _candidate_of_last_effect(
     """`Candidate` of the last effect of the refitted `solution`; None if its logL is not above that of `base`.
 
     None as well if the effect looks the same as a simpler one (`Effect.shows`), and for a narrow band, fitted to single
-    frequencies, if the rest of the model is not flat near it. `arc` is the path length (sum of angles) of the tried shapes,
-    rad.
+    frequencies, if the rest of the model is not flat near it. `arc` is the path length of the tried shapes, rad.
     """
     fitted = solution.model.effects[-1]
     if not fitted.shows(solution.model, data.rate, data.duration):

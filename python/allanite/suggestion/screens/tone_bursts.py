@@ -71,12 +71,9 @@ def _best_candidate(
 ) -> Candidate | None:
     """Refitted `Candidate` of the best tone burst, a sinusoid between two times; or None.
 
-    The ΔlogL of the burst is first divided by the relative noise power during the burst. None in these cases:
-
-    * The ΔlogL is less than 8 above that of a line over the whole record, or of a nearby line or band in `lasting`.
-    * The burst cannot become significant, has fewer than 4 periods, or has no positive frequency.
-    * A moving band of the model passes this frequency, or a burst of the model at this frequency overlaps in time.
-    * The model with the burst still has a discrepancy.
+    Its ΔlogL, divided by the relative noise power during the burst, must be 8 above that of a line over the whole record,
+    and of a nearby line or band in `lasting`. Bursts that a moving band passes or another burst overlaps are omitted, as
+    those with which the model still has a discrepancy.
     """
     noise, T = solution.noise(data), data.duration
     tried = [(band, search_burst(band)) for band in bands]
