@@ -72,7 +72,7 @@ def test_views_and_parts_refuse_nonsense(looked):
 
 
 def test_a_reader_that_dies_takes_nothing_with_it(client, sessions, monkeypatch, tmp_path):
-    """A process that aborts in the middle of a file says nothing: the page does."""
+    """A process that aborts while it reads a file prints nothing; the page reports it."""
     tab, before = opened(client, checked=False)
     # A stand-in for the interpreter, which dies as a crash in a C library would.
     stand_in = tmp_path / "python"
@@ -146,9 +146,9 @@ def test_what_is_left_is_forgotten(client, sessions, monkeypatch):
 
 @pytest.mark.long
 def test_many_tabs_leave_no_threads_behind(client, sessions, monkeypatch):
-    """Twice as many tabs as are kept: what is closed ends its thread. Eight are kept, as many as show one that stays."""
+    """Twice as many tabs as are kept (eight, to be quick): a closed tab ends its thread."""
     most = 8
-    monkeypatch.setattr(sessions_module, "MOST_TABS", most)
+    monkeypatch.setattr(sessions_module, "MAX_TABS", most)
     before = threading.active_count()
     for _ in range(2 * most):
         client.post("tabs")
