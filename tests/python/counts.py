@@ -18,9 +18,9 @@ def records(few, full):
 def halves(one, seeds, clean):
     """Results of `one(seed)` for the first half of the seeds if these results are `clean`, else for all seeds.
 
-    With one allowed failure in ten, five records without a failure pass too. A fault in 3 % of records fails such a test
-    with a probability of 2.7 % (always using all ten: 3.5 %). Faults in 30, 50 and 70 % of records pass it with 23, 3.6
-    and 0.3 % (15, 1.1 and 0.01 %).
+    With one allowed failure in ten, five records without a failure pass too. A fault in 3 % of records fails such a
+    test with a probability of 2.7 % (always using all ten: 3.5 %). Faults in 30, 50 and 70 % of records pass it with
+    23, 3.6 and 0.3 % (15, 1.1 and 0.01 %).
     """
     seeds = list(seeds)
     middle = len(seeds) if FULL else (len(seeds) + 1) // 2

@@ -68,7 +68,6 @@ def quantized_filter(rng, n, rate, N, cutoff, order, Q, B):
 
 
 def sinusoid(n, rate, frequency, amplitude, phase=0.0):
-    """Sinusoid."""
     return amplitude * np.sin(2.0 * np.pi * frequency * np.arange(n) / rate + phase)
 
 
@@ -124,7 +123,6 @@ def telegraph(rng, n, rate, amplitude, dwell):
 
 
 def step(n, rate, time, height):
-    """Step from 0 to `height` at `time`."""
     return height * (np.arange(n) / rate >= time)
 
 

@@ -18,7 +18,7 @@ INSTALL = "pip install --group test"
 
 
 def serious_violations(tab, *where):
-    """List of texts of what axe-core calls serious or critical on a tab; the test is skipped without axe-core."""
+    """Texts of what axe-core calls serious or critical on a tab; the test is skipped without axe-core."""
     found = pytest.importorskip(
         "axe_playwright_python.sync_playwright", reason=f"no axe-playwright-python: {INSTALL}"
     )

@@ -143,7 +143,7 @@ def test_the_check_finds_a_wrong_level(monkeypatch):
 
 @dataclass(frozen=True)
 class InRow(fx.Stochastic):
-    """Noise through lags of T and T/2 in a row: σ² (2 e^{−t/T} − e^{−2t/T}), parts of which one is no process alone."""
+    """Noise through lags of T and T/2 in a row: σ² (2 e^{−t/T} − e^{−2t/T}); the second term alone is no process."""
 
     rms: float = 1.0
 
@@ -324,7 +324,7 @@ def test_cosine_variance_of_an_oscillation(radius, angle, imag, n):
 @settings(max_examples=20)
 @given(st.sampled_from([-2.5, -1.7, -1.3, -1.0, -0.6, 0.4, 0.8]), st.integers(64, 300))
 def test_cosine_variance_of_a_power_law(exponent, n):
-    """Below −1 the lags are those of a variogram; a constant in the covariance falls out of j ≥ 1."""
+    """Below −1, the lags are those of a variogram, because a constant in the covariance does not change j ≥ 1."""
     lags = -power_law_lags(exponent, n)
     exact = ordinates_of(toeplitz(lags))
     got = terms.PowerLaw(exponent, 1.0).cosine_variance(np.arange(1, n), n)

@@ -218,7 +218,7 @@ PACKAGE = Path(__file__).parents[1] / "toy_effects"
 
 @pytest.fixture
 def installed(tmp_path):
-    """A package with an effect as an installer leaves it, and one that cannot be imported."""
+    """A package with an effect, as an installer leaves it, and a package that cannot be imported."""
     (tmp_path / "drifts.py").write_text((PACKAGE / "ageing.py").read_text(encoding="utf-8"))
     info = tmp_path / "drifts-1.0.dist-info"
     info.mkdir()

@@ -73,7 +73,7 @@ def test_topics_of_a_log_without_topics_are_refused(tmp_path):
 
 @pytest.mark.parametrize("kind", ["texts", "sentences", "stable32"])
 def test_a_text_log_is_recognized_by_one_format(kind, monkeypatch):
-    """The formats are tried in the order of their modules, so that no log may be recognized by two."""
+    """Formats are tried in the order of their modules, so two formats must not recognize the same log."""
     monkeypatch.syspath_prepend(Path(__file__).parents[1] / "fuzz")
     import logs
 

@@ -22,7 +22,7 @@ print(json.dumps([[s.kind, s.effect.values.get("time"), s.significant] for s in 
 
 @pytest.fixture
 def installed(tmp_path):
-    """The example of the docs as an installer leaves it: its entry points, and the environment in which it is found."""
+    """The example of the docs as an installer leaves it: its entry points and its environment."""
     section = PAGE.read_text(encoding="utf-8").partition("## A search of your own")[2]
     (tmp_path / "my_package").mkdir()
     code = re.search(r"```python\n(.*?)```", section, re.DOTALL)[1]

@@ -9,7 +9,7 @@ TOKENS += [b"\xef\xbb\xbf", b"\xe2\x80\xae", b"\x1b[2J"]
 
 
 def damaged(rng, seeds, text=False):
-    """One of the seeds, changed in one to six places."""
+    """One of the seeds with one to six changes."""
     data = bytearray(seeds[rng.integers(len(seeds))])
     # A single change reaches furthest: more of them, and a reader stops at the first.
     for _ in range(int(rng.choice([1, 1, 1, 2, 3, 6]))):

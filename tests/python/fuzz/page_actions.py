@@ -1,7 +1,6 @@
-"""Requests to a running page: all that can be done in a tab, valid and damaged, and whether it still answers after.
+"""Random valid and damaged requests to a running page, and whether the page still answers afterwards.
 
-An input is the seed of one request: what is sent depends on it and on what the tab shows. Sequences are those of a user
-with two left hands, who also closes tabs, asks for what is gone and speaks broken JSON.
+An input is the seed of one request, which depends on the seed and on what the tab shows.
 """
 
 import http.client
@@ -76,7 +75,7 @@ OPTIONS = {
 
 
 class Hand:
-    """Someone at a page: its server, the tabs that are open and those that were."""
+    """A user of a page who sends random requests: its server, open tabs and closed tabs."""
 
     def __init__(self):
         from allanite.page import open_page  # noqa: F401  # starlette is there
@@ -99,7 +98,7 @@ class Hand:
         self.study = None
 
     def ask(self, method, path, body=None):
-        """One request; what comes back is no error of the server, in time, and one visible line where it is a refusal."""
+        """Answer to one request: no server error, in time, and one visible line if the request is refused."""
         what = (method, path[:200], None if body is None else body[:300])
         if what not in list(self.said)[-1:]:
             self.said.append(what)
@@ -121,7 +120,7 @@ class Hand:
         return answer.status, text
 
     def state(self, tab):
-        """What a tab shows; nothing went wrong inside."""
+        """State of a tab, which must not contain an internal error."""
         status, text = self.ask("GET", f"tabs/{tab}")
         assert status == 200, (text, self.said)
         state = json.loads(text)
@@ -130,7 +129,7 @@ class Hand:
         return state
 
     def at_rest(self, tab):
-        """The state once what was asked for is done, or is not done soon."""
+        """State of a tab after its job is done, or after a time limit."""
         end = time.monotonic() + PAUSE
         while True:
             state = self.state(tab)
@@ -140,7 +139,7 @@ class Hand:
             time.sleep(0.02)
 
     def one(self, rng):
-        """One request, of a kind that this generator chooses."""
+        """Send one request of a random kind."""
         if not self.tabs:
             self.tabs.append(json.loads(self.ask("POST", "tabs")[1])["tab"])
             self.at_rest(self.tabs[-1])
@@ -220,7 +219,7 @@ def pick(rng, some):
 
 
 def asked(rng):
-    """Options of a view, a part or a file."""
+    """Random options of a view, a part or a file."""
     some = [pick(rng, list(OPTIONS)) for _ in range(rng.integers(4))]
     return "&".join(
         f"{k}={quote(str(pick(rng, OPTIONS[k])).encode('utf-8', 'replace'))}" for k in some
@@ -228,7 +227,7 @@ def asked(rng):
 
 
 def order(rng, state, study):
-    """Something that can be done with what the tab shows."""
+    """A random action that is possible with what the tab shows."""
     chips = state.get("chips") or []
     place = int(rng.integers(len(chips))) if chips else 0
     values = [v for v in chips[place]["values"] if v["free"]] if chips else []
@@ -265,7 +264,7 @@ def order(rng, state, study):
 
 
 def damaged_order(rng, what):
-    """The same with a value, a name or a part of its study that does not belong there."""
+    """An action with a value, a name or a part of its study that does not belong there."""
     what = json.loads(json.dumps(what))
     spots, inside = [], deque([what])
     while inside:
@@ -287,7 +286,7 @@ def damaged_order(rng, what):
 
 
 def broken(rng):
-    """What is no action at all."""
+    """A body that is no action."""
     deep = int(rng.choice([50, 500, 100_000]))
     return pick(rng, [
         b"", b"{", b"[]", b"null", b"3", b"\xff\xfe", b'{"do":"undo"', b"[" * deep + b"]" * deep,

@@ -1,8 +1,8 @@
 """Fuzz one target after another: `run.py --seconds 60 --seed 0 [--target NAME] [--calls N]`.
 
-Each target has a process of its own, which writes down what it tries before it tries it: an input that kills it is
-known. What is wanted of every input: an answer or one of allanite's errors, one visible line of 300 letters at most,
-within 10 s and 1 GB.
+Each target has its own process, which writes down each input before it tries it, so that an input that kills it is
+known. Every input must give an answer or one of allanite's errors in one visible line of at most 300 characters, within
+10 s and 1 GB.
 """
 
 import argparse
@@ -27,7 +27,7 @@ SLOW, LARGE = 10.0, 1_000_000  # s, KiB
 
 
 def fuzz(name, seconds, seed, calls, folder):
-    """Try damaged inputs until the time or the calls are over; raises at the first that is answered wrongly."""
+    """Try damaged inputs until the time or the calls are used up; raise at the first wrong answer."""
     sys.path[:0] = [str(HERE), str(HERE.parent)]
     import numpy as np
     from mutate import damaged
@@ -72,19 +72,19 @@ def fuzz(name, seconds, seed, calls, folder):
 
 
 def spent():
-    """Seconds of processor time, with that of processes that it has started."""
+    """Processor time in s of this process and of the processes that it has started."""
     return time.process_time() + forks.cpu
 
 
 def largest():
-    """KiB of this process, or of the largest that it has started."""
+    """Memory in KiB of this process, or of the largest process that it has started."""
     return max(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss, forks.peak)
 
 
 class Forks:
-    """Isolated readers in a fork of this process, which lives for many files: a start costs more than most files.
+    """Isolated readers in a fork of this process that reads many files, because a start costs more than most files.
 
-    The file after the last one of a fork has a child process of its own, as every log of a user has.
+    The file after the last one of a fork gets its own child process, as every log of a user does.
     """
 
     def __init__(self, files):
@@ -181,10 +181,7 @@ forks = Forks(files=100)
 
 
 def fork_children(files=100):
-    """Run isolated readers in forks of this process, each for a number of files: ten times as many in the same time.
-
-    One file between two forks is read in a process of its own.
-    """
+    """Run isolated readers in forks (see `Forks`), each for some files: ten times as many in the same time."""
     from allanite.common import isolation
 
     forks.most, forks.of_users = files, isolation.run_child
@@ -205,7 +202,7 @@ def child(options):
 
 
 def run(target, seconds, seed, calls=10**9, fork=False):
-    """What was found of the inputs tried; None, with the input kept, where one was answered wrongly."""
+    """Result of fuzzing one target; None, with the input kept, after a wrong answer."""
     with tempfile.TemporaryDirectory(prefix="allanite-fuzz-") as folder:
         command = [
             sys.executable, __file__, "--target", target, "--seconds", str(seconds), "--seed", str(seed),

@@ -1,9 +1,9 @@
 """Valid logs with one field changed: `structured.py --mutants 100000 [--seed 0] [--format NAME]`.
 
-A mutant is written by the format's own library, or is such a file in which one count, size, offset, type or name has
-another value. Each format has a process of its own, in which readers of foreign libraries run in forks. One log of a
-hundred is read in a new process, as every log of a user is. Wanted of every mutant: a recording and its deviations, or
-one of allanite's errors in one line of at most 300 characters, within 10 s and 1 GB.
+A mutant is written by the format's own library, or is such a file with another value of one count, size, offset, type
+or name. Each format has its own process, in which readers of foreign libraries run in forks. One log of a hundred is
+read in a new process. Every mutant must give a recording and its deviations, or one of allanite's errors in one line of
+at most 300 characters, within 10 s and 1 GB.
 """
 
 import argparse
@@ -44,7 +44,7 @@ X = np.random.default_rng(3).standard_normal(200)
 
 
 def words(data):
-    """Places of whole numbers that may be counts, sizes or offsets: not zero, and not beyond the file."""
+    """Places of whole numbers that may be counts, sizes or offsets: not 0, and not beyond the file."""
     found = []
     for width in (2, 4, 8):
         values = np.frombuffer(data[: len(data) // width * width], f"<u{width}")
@@ -73,7 +73,7 @@ def ardupilot_fields(data):
 
 
 def mcap_fields(data):
-    """Opcode, length and body of every record, also inside chunks, as far as they are not packed."""
+    """Opcode, length and body of every record, also inside chunks that are not compressed."""
     found, at = [], 8
     while at + 9 <= len(data) - 8:
         (size,) = struct.unpack_from("<Q", data, at + 1)
@@ -170,7 +170,7 @@ def changed(rng, data, fields):
 
 
 def patched(suffix, seeds, fields, **options):
-    """Mutants of seeds: one field of those that `fields` finds has another value."""
+    """Mutants of seeds, with another value in one of the fields that `fields` finds."""
     seeds = seeds()
     places = [fields(seed) for seed in seeds]
 
@@ -220,7 +220,7 @@ PARTS = r"([\s,;=:*\[\]]+)"
 
 
 def cells(suffix, seeds, **options):
-    """Mutants of text: one cell, word or line has another value, is missing or comes twice."""
+    """Mutants of text: one cell, word or line has another value, is missing or is repeated."""
     seeds = [seed.decode() for seed in seeds()]
 
     def make(rng):
@@ -281,7 +281,7 @@ SHAPES = [
 
 
 def npy(rng):
-    """An array with a head that says another type, order or shape."""
+    """An array whose header states another type, order or shape."""
     head = {
         "descr": DTYPES[rng.integers(len(DTYPES))],
         "fortran_order": bool(rng.integers(2)),
@@ -465,7 +465,7 @@ FEATURES = (_virtual, _external, _link, _chunked, _large, _typed, _attributes, _
 
 
 def columnar(kind):
-    """Parquet and Arrow of every type, some of them bombs, with one field of the file changed in half of them."""
+    """Parquet and Arrow of every type, including decompression bombs; half of them with one changed field."""
     import pyarrow as pa
     from pyarrow import feather, parquet
 

@@ -126,7 +126,7 @@ ACTIONS = [
 
 
 def reader(suffix, seeds, text=False, **options):
-    """A format read from a file, and measured where it is read; the command answers as the library does."""
+    """Read a format from a file and compute deviations; the command must answer as the library does."""
     words = [word for name, value in options.items() for word in (f"--{name}", str(value))]
 
     def call(data, folder):
@@ -150,9 +150,9 @@ def reader(suffix, seeds, text=False, **options):
 
 
 def codes_for(recording):
-    """Exit codes of a command on a log that the library reads.
+    """Exit codes that a command may have for a log that the library reads.
 
-    It wants 16 samples, none of a stuck sensor, and accelerometers whose mean can be gravity in their unit.
+    The command needs 16 samples, no stuck sensor, and accelerometers whose mean can be gravity in their unit.
     """
     with np.errstate(invalid="ignore"):  # a NaN that signals
         columns = np.atleast_2d(recording.samples.T).astype(float)
@@ -165,7 +165,7 @@ def codes_for(recording):
 
 
 def commanded(words, codes):
-    """A command ends with one of these exit codes, and with one short line where it is not 0."""
+    """Check that a command ends with one of these exit codes, and with one short line if the code is not 0."""
     from allanite.cli import main
 
     out, err = io.StringIO(), io.StringIO()
@@ -252,7 +252,7 @@ def page():
 
 
 def study():
-    """A running page, and all that can be done in its tabs; an input is the seed of one request."""
+    """A running page and random actions in its tabs; an input is the seed of one request."""
     from page_actions import Hand
 
     hand = Hand()
@@ -266,7 +266,7 @@ def study():
 
 
 def member():
-    """An array inside an archive, whose check sum is right: what is damaged of the archive itself stops at that."""
+    """An array inside an archive whose checksum is correct, because a damaged archive is refused before its content."""
     _, call, _ = reader(".npz", [])
 
     def inside(data, folder):

@@ -65,7 +65,7 @@ def test_logs_with_one_field_changed_are_answered(tmp_path):
 @pytest.mark.slow
 @pytest.mark.parametrize("target", [name for name in TARGETS if not name.startswith("page")])
 def test_seeds_are_accepted(target, tmp_path, monkeypatch):
-    """What is refused as it is leads nowhere when it is damaged: the data sheets of both forms once were."""
+    """Damaged copies of a refused seed test nothing; the data sheets of both forms were once refused."""
     if target in NEEDS:
         pytest.importorskip(NEEDS[target])
     monkeypatch.syspath_prepend(HERE)
@@ -99,7 +99,7 @@ def test_whether_samples_near_the_ends_of_doubles_vary_is_told_without_a_warning
 
 
 def test_a_message_of_no_length_is_read_once():
-    """A damaged format said so; the library stayed there for ever."""
+    """A damaged format stated the length 0, and the library never ended."""
     pytest.importorskip("pymavlink")
     start = time.process_time()
     refused(HERE / "found" / "no-length.bin", "length 0")
@@ -138,7 +138,7 @@ def test_stamps_that_no_clock_has(stamps):
 
 @pytest.mark.slow
 def test_text_of_an_arrow_file_with_offsets_that_go_back(tmp_path):
-    """A damaged column that nobody asked for took 23 s."""
+    """A damaged column that was not even requested took 23 s."""
     pa = pytest.importorskip("pyarrow")
     feather = pytest.importorskip("pyarrow.feather")
     offsets = np.array([0, 1, -(2**30), 3], dtype=np.int32)
@@ -170,7 +170,7 @@ def test_an_archive_with_a_damaged_directory(tmp_path):
 @pytest.mark.slow
 @pytest.mark.parametrize("path", sorted((HERE / "found").iterdir()), ids=lambda path: path.name)
 def test_found_inputs(path):
-    """Each once ended in a traceback, a warning, a signal or half a minute; the process is not ours to lose."""
+    """Each input once caused a traceback, a warning, a signal or half a minute; it must not end this process."""
     needs = {".h5": "h5py", ".feather": "pyarrow", ".ulg": "pyulog", ".bin": "pymavlink"}
     pytest.importorskip(needs.get(path.suffix, "scipy"))
     code = (
@@ -213,7 +213,7 @@ def test_single_precision_nan_that_signals_is_missing_like_others(tmp_path):
 
 @pytest.mark.parametrize("name", ["prints-on-stdout.ulg", "prints-on-stderr.bin"])
 def test_what_a_foreign_library_prints_is_not_said(name, capfd):
-    """pyulog's warnings stood in front of the JSON of a command, pymavlink's beside its one line."""
+    """Warnings of pyulog were printed before a command's JSON, and those of pymavlink beside its one line."""
     pytest.importorskip({".ulg": "pyulog", ".bin": "pymavlink"}[name[-4:]])
     with suppress(al.AllaniteError):
         al.read(HERE / "found" / name)

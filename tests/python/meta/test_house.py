@@ -50,7 +50,7 @@ def test_no_message_of_the_library_names_an_option():
     option = re.compile(r"(?<![-\w`])--[a-z]{3,}")
 
     def texts(tree):
-        """Texts of a module, an f-string as one; a whole command that a report tells the user to run is no message."""
+        """Texts of a module, each f-string as one."""
         parts = {c for n in ast.walk(tree) if isinstance(n, ast.JoinedStr) for c in n.values}
         for node in ast.walk(tree):
             if isinstance(node, ast.JoinedStr):

@@ -15,7 +15,7 @@ RATE, N = 20.0, 20_000
 
 @pytest.fixture(scope="session")
 def hidden():
-    """N and K, and beside them a Gauss-Markov process and a line."""
+    """N and K with a Gauss-Markov process and a line."""
     rng = np.random.default_rng(7)
     x = white(rng, N, RATE, 0.01) + walk(rng, N, RATE, 2e-5)
     x += gauss_markov(rng, N, RATE, 6e-3, 8.0) + sinusoid(N, RATE, 1.7, 0.006)
@@ -36,7 +36,7 @@ def client(sessions):
 
 @pytest.fixture(scope="session")
 def looked(hidden):
-    """Client, sessions and a tab whose work is done, for what changes nothing: (client, sessions, tab, state)."""
+    """(client, sessions, tab, state) with a tab whose work is done, for tests that change nothing."""
     sessions = Sessions([Source("hidden.npz", recording=hidden)], most_bytes=1_000_000)
     client = client_of(sessions)
     yield client, sessions, *opened(client)
@@ -51,7 +51,7 @@ def browser(request):
 
 @pytest.fixture
 def context(browser):
-    """A browser with a storage of its own."""
+    """A browser with its own storage."""
     context = browser.new_context(viewport={"width": 1280, "height": 720})
     context.set_default_timeout(60_000)
     yield context

@@ -321,7 +321,7 @@ def test_values_are_shown_and_typed_in_the_unit_chosen(client):
 
 @pytest.mark.long
 def test_no_view_grows_with_the_log(hidden):
-    """Forty times the samples, four columns and gaps: still below 300 kB."""
+    """With forty times the samples, four columns and gaps, a view is still below 300 kB."""
     samples = np.tile(np.asarray(hidden.samples), 10)
     samples[1000:5000] = np.nan
     log = Recording(np.column_stack([samples] * 4), 20.0, unit="rad/s", columns=list("abcd"))

@@ -23,7 +23,7 @@ def page(hidden):
 
 @pytest.fixture
 def tab(browser, page):
-    """A browser tab on the page; nothing may leave this computer, and the console stays clean."""
+    """A browser tab on the page that sends nothing to other computers and logs no error."""
     asked, said = [], []
     tab = browser.new_page(viewport={"width": 1280, "height": 720})
     tab.set_default_timeout(60_000)
@@ -149,7 +149,7 @@ def test_every_view_fits_in_both_themes(tab):
 
 
 def grip(tab, effect):
-    """Where on the screen a component's line can be taken."""
+    """Position on the screen at which a component's line can be dragged."""
     return tab.evaluate(
         """name => {
           const plot = document.getElementById("plot"), axes = plot._fullLayout, box = plot.getBoundingClientRect();
@@ -221,7 +221,7 @@ def test_the_loop_by_keyboard_alone(tab):
 
 @pytest.mark.long
 def test_a_log_without_a_rate_is_asked_about(tab, hidden, tmp_path):
-    """What was understood of each column is shown; a counter is no sensor; the unit is chosen."""
+    """The page shows the role of each column (a counter is no sensor), and the user chooses the unit."""
     samples = np.asarray(hidden.samples[:5000])
     rows = np.column_stack([np.arange(samples.size), samples])
     np.savetxt(
@@ -291,7 +291,7 @@ def test_improving_is_watched_and_stopped(tab):
 
 @pytest.mark.long
 def test_what_was_answered_is_not_asked_again_while_it_is_read(tab, hidden, tmp_path):
-    """News of the log as it was come in between: the form stays closed."""
+    """States from before the answer arrive while the log is read; the form must stay closed."""
     samples = np.asarray(hidden.samples[:5000])
     np.savetxt(tmp_path / "bare.csv", samples, fmt="%.6f", header="gyro", comments="")
     give(tab, "[data-pick=log]", tmp_path / "bare.csv")

@@ -18,7 +18,7 @@ pytestmark = [pytest.mark.browser, pytest.mark.slow]
 
 @pytest.fixture(scope="module")
 def six():
-    """Two gyroscopes, of which one hides a line, and an accelerometer, with a temperature."""
+    """Two gyroscopes, one of which has a line, and an accelerometer, with a temperature."""
     rng = np.random.default_rng(5)
     x = white(rng, N, RATE, 0.01) + sinusoid(N, RATE, 1.7, 0.006)
     y = white(rng, N, RATE, 0.01) + walk(rng, N, RATE, 2e-5)
@@ -208,7 +208,7 @@ def test_limits_are_typed_beside_a_number(tab):
 @pytest.mark.slow
 def test_another_deviation_at_other_averaging_times(tab):
     def choose(name, value, shown):
-        """Wait for the requested figure: others may be drawn in the meantime, when a check ends."""
+        """Wait for the requested figure, because others may be drawn when a check ends."""
         tab.locator(f"[data-option={name}]").select_option(value, force=True)
         tab.wait_for_function(f"() => {shown}")
 

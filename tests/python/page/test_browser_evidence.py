@@ -61,7 +61,7 @@ def warm():
 
 @pytest.fixture
 def first_figure(context):
-    """Function that opens a log, and returns its tab as the page shows it after the check, without any click."""
+    """Function that opens a log and returns its tab as shown after the check, without any click."""
     pages = []
 
     def opened(source):

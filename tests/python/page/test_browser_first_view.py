@@ -28,7 +28,7 @@ POINTS = "#plot .scatterlayer .points path.point"
 
 @pytest.fixture
 def held_fits(monkeypatch):
-    """Event for which the first fits of all logs wait."""
+    """Event that delays the first fits of all logs."""
     release, fit = threading.Event(), allanite.page.tab_state.fit_model
 
     def fit_later(*given, **more):

@@ -17,7 +17,7 @@ NAMES = ("gyro_x", "gyro_y", "gyro_z", "acc_x", "acc_y", "acc_z")
 
 @pytest.fixture(scope="module")
 def six(tmp_path_factory):
-    """Report on 20 s of six axes, with what a user says of the sensor."""
+    """Report on 20 s of six axes, with sensor, serial number and date."""
     folder = tmp_path_factory.mktemp("report")
     log = write_csv(six_axes(n=2000), folder / "six.csv")
     told = ["--sensor", "ACME-3", "--serial", "0042", "--date", "2026-11-28"]
@@ -29,7 +29,7 @@ def six(tmp_path_factory):
 
 @pytest.fixture(scope="module", params=BROWSERS)
 def tab(request, six):
-    """The report in a window of one sheet of paper, and the addresses that it asked for."""
+    """The report in a window of the size of a sheet, and the addresses that it requested."""
     with launched(request.param) as browser:
         tab = browser.new_page(viewport=SHEET)
         tab.asked = []

@@ -17,7 +17,7 @@ RATE, N = 20.0, 24_000
 
 @pytest.fixture(scope="module")
 def server():
-    """A gyroscope that its model describes, and one whose noise doubles in the middle."""
+    """A gyroscope with an adequate model, and one whose noise doubles in the middle."""
     rng = np.random.default_rng(8)
     calm = white(rng, N, RATE, 0.01) + walk(rng, N, RATE, 2e-4)
     louder = white(rng, N, RATE, 0.01) * np.where(np.arange(N) < N // 2, 1.0, 2.0)

@@ -43,7 +43,7 @@ def lined():
 
 @pytest.fixture
 def white_only():
-    """A tab at the step of white noise, which is what the record is."""
+    """A tab at the step of white noise, the true model of its record."""
     x = white(np.random.default_rng(2), 4000, 1.0, 1.0)
     log = Recording(x, 1.0, unit="deg/s", columns=["gyro"])
     tab = Tab([Source("white.npz", recording=log)])

@@ -18,7 +18,7 @@ from allanite.suggestion import check_fit
 
 @pytest.mark.slow
 def test_ending_leaves_the_locks_of_the_library_open():
-    """Ended by an exception from outside, one of thirty left a lock closed that every pool of the process takes."""
+    """When an exception from outside ended jobs, one of thirty left a lock closed that every pool uses."""
 
     def work(job):
         while True:
@@ -90,7 +90,7 @@ def test_a_job_that_is_ended_gives_its_turn_back(monkeypatch):
 
 
 def test_what_is_ended_changes_nothing_any_more():
-    """A change that has begun is whole when `cancel` returns; none begins after."""
+    """A change that has begun is complete when `cancel` returns; no change begins afterwards."""
     inside, out = threading.Event(), threading.Event()
     changes = []
 

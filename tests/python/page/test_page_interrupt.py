@@ -19,7 +19,7 @@ pytestmark = pytest.mark.skipif(
 
 
 def readers(process):
-    """Children of the page that read a log, as folders of /proc."""
+    """Child processes of the page that read a log, as folders of /proc."""
     found = []
     for entry in Path("/proc").glob("[0-9]*"):
         try:
@@ -33,7 +33,7 @@ def readers(process):
 
 
 def endless_log(path):
-    """Eight gigabytes of zeros, which take no room on the disk: reading them takes longer than any test."""
+    """Eight gigabytes of zeros that take no space on the disk; reading them takes longer than any test."""
     with path.open("wb") as file:
         header = {"descr": "<f8", "fortran_order": False, "shape": (10**9,)}
         np.lib.format.write_array_header_1_0(file, header)
@@ -42,7 +42,7 @@ def endless_log(path):
 
 
 def is_running(entry):
-    """Whether the process of a folder of /proc still runs; an orphan that ended may wait for its new parent."""
+    """True if the process of a folder of /proc still runs; a zombie has ended."""
     try:
         return (entry / "stat").read_text().rpartition(")")[2].split()[0] != "Z"
     except OSError:
@@ -73,7 +73,7 @@ def test_nothing_goes_on_reading(tmp_path, number):
 
 @pytest.mark.slow
 def test_eight_gigabytes_hold_nothing_up(tmp_path):
-    """Processor time of the server from the signal on: a busy machine makes it wait, and that is not ours."""
+    """The processor time of the server after the signal counts, because a busy machine makes the server wait."""
     path = endless_log(tmp_path / "x.npy")
     words = ("explore", "--no-browser", "--rate", "10", path)
     with started(*words, stderr=None) as process:

@@ -116,7 +116,7 @@ def logs(draw):
 @settings(max_examples=40, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(logs())
 def test_random_headers(tmp_path, log):
-    """What is read is what the header states, or the program asks; no factor is invented."""
+    """The reader uses what the header states, or asks; it invents no factor."""
     stated = log.stated
     path = tmp_path / "log.csv"
     path.write_text(log.text, encoding="utf-8", newline="")

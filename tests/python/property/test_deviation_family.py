@@ -63,7 +63,7 @@ def test_constant_scale_and_direction(kind, seed, n, constant):
 @given(seed=SEEDS, n=st.integers(30, 120), hole=st.integers(1, 28))
 @settings(max_examples=20)
 def test_a_gap_leaves_the_terms_of_both_sides(kind, seed, n, hole):
-    """With one gap the estimate is the mean over the two stretches, weighted by their terms."""
+    """With one gap, the estimate is the mean over the two segments, weighted by their numbers of differences."""
     x = np.random.default_rng(seed).normal(size=n)
     x[hole] = np.nan
     for m in (2, 4):

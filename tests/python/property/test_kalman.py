@@ -10,7 +10,7 @@ from allanite import _kernels
 
 
 def twin(y, F, Q, H, R, P):
-    """Kalman filter and Rauch-Tung-Striebel smoother as books write them."""
+    """Textbook Kalman filter and Rauch-Tung-Striebel smoother."""
     d = len(H)
     a, before, after, values, variances = np.zeros(d), [], [], [], []
     for sample in y:
@@ -36,7 +36,7 @@ def twin(y, F, Q, H, R, P):
 
 
 def system(rng, blocks):
-    """Independent lags and turning pairs, a random walk where a block is 0."""
+    """Independent lags and rotating pairs; a random walk where a block is 0."""
     d = sum(max(b, 1) for b in blocks)
     F, Q, P = np.zeros((3, d, d))
     at = 0
@@ -81,7 +81,7 @@ def test_filter_and_smoother_equal_the_textbook(blocks, n, missing, seed):
 
 
 def test_a_settled_gain_is_that_of_every_step():
-    """5000 samples of a local level: after a hundred the gain has settled, and a gap unsettles it."""
+    """5000 samples of a local level: the gain is constant after a hundred, until a gap."""
     rng = np.random.default_rng(1)
     y = np.cumsum(rng.standard_normal(5000)) + rng.standard_normal(5000)
     y[3000:3010] = np.nan

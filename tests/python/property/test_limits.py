@@ -14,7 +14,7 @@ MODELS = ["N+B+K", "Q+N+K+R", "N+GM+SIN", "N+K+RES", "N+GM+GM", "N+BW", "N+PL+R"
 
 @st.composite
 def limited(draw):
-    """A model of which some numbers have limits, near and far from any truth."""
+    """A model with limits on some parameters, near and far from any truth."""
     effects = []
     for effect in al.parse_model(draw(st.sampled_from(MODELS))):
         limits = {}

@@ -44,7 +44,7 @@ def received(sent, shift=1, *, read_only=False):
 
 
 def bits(value):
-    """The same with every array as its bytes."""
+    """The same object with every array as its bytes."""
     if isinstance(value, np.ndarray):
         return value.tobytes()
     if isinstance(value, dict):

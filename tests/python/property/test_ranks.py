@@ -19,7 +19,7 @@ def test_samples_in_order(values):
 
 
 def test_the_order_of_equal_samples_is_white():
-    """The largest of 2¹⁵ ordinates over their mean: ln n + 3.2 (Gumbel) is passed once in 25."""
+    """The ratio of the largest of 2¹⁵ ordinates to their mean exceeds ln n + 3.2 in one of 25 records (Gumbel)."""
     order = _kernels.order(np.zeros(1 << 16)).astype(float)
     power = np.abs(np.fft.rfft(order - order.mean()))[1:-1] ** 2
     assert power.max() / power.mean() < np.log(power.size) + 3.2

@@ -20,7 +20,7 @@ MODELS = {
 
 
 def spectrum_of(name, n):
-    """Variances of the ordinates; the mean is free."""
+    """Variances of the ordinates, with a free mean."""
     j = np.arange(1, n)
     terms = al.parse_model(MODELS[name]).terms(RATE)
     return np.concatenate([[np.inf], sum(t.cosine_variance(j, n) for t in terms)])
@@ -66,7 +66,7 @@ def test_shares_of_a_short_record_are_exact(name, n, length, part, seed):
 @pytest.mark.parametrize("name", sorted(MODELS))
 @pytest.mark.parametrize("length", [1, 3, 10, 30, 100, 300, "every second"])
 def test_the_lowest_ordinates_of_a_long_record_ask_the_means_of_cells(name, length):
-    """Holes like noise, as all were taken for, left powers of long ones up to a third too high: B came out 12 % low."""
+    """When holes counted as noise, powers of long records were up to a third too high, and B was 12 % too low."""
     n = 2000
     if length == "every second":
         missing = np.zeros(n, dtype=bool)

@@ -57,7 +57,7 @@ class Table(NamedTuple):
 
 
 def table_of(path):
-    """What a file says; None of one without a row."""
+    """Table of a file; None without a row."""
     lines = [
         line.lstrip("# ").rstrip()
         for line in path.read_text(encoding="utf-8", errors="replace").splitlines()
@@ -82,7 +82,7 @@ def samples_of(path):
 
 
 def ours(name, samples, table, factors):
-    """Our deviation without any bias divided out, NaN where we have none, and how many terms it has."""
+    """Our deviation without correction of bias (NaN where we have none), and its number of differences."""
     # The averaging time that is printed of Theo1 is the effective one.
     share = 0.75 if table.kind == "Thêo1" else 1.0
     options = {"rate": share * table.rows[0, 0] / table.rows[0, 1], "quantity": table.quantity}
@@ -95,13 +95,13 @@ def ours(name, samples, table, factors):
 
 
 def close(deviation, printed, digits=0.5):
-    """Whether a number rounds to the five digits that are printed, or is so many of the last away."""
+    """True if a number rounds to the five printed digits, or is at most so many of the last digit away."""
     digit = 10.0 ** (np.floor(np.log10(printed)) - 4)
     return np.abs(deviation - printed) <= digits * digit * (1 + 1e-6)
 
 
 def _theo1_ratio(samples, table):
-    """Allan variance over Theo1, averaged over all pairs of NIST SP 1065's TheoBR; `allanite.theoh` takes 30 of them."""
+    """Allan variance over Theo1, averaged over all pairs of NIST SP 1065's TheoBR; `allanite.theoh` uses 30 of them."""
     pairs = np.arange(samples.size // 6 - 3 + 1)
     allan = al.oadev(samples, quantity=table.quantity, factors=9 + 3 * pairs).deviation
     theo1 = al.theo1(samples, quantity=table.quantity, factors=12 + 4 * pairs).deviation
@@ -109,7 +109,7 @@ def _theo1_ratio(samples, table):
 
 
 def unbiased(name, deviation, samples, table, factors):
-    """A deviation with the bias divided out that Stable32 divides out: that of the power law which the row prints."""
+    """A deviation corrected for the bias that Stable32 corrects: that of the power law that the row prints."""
     if name == "theo1":
         return deviation * np.sqrt(_theo1_ratio(samples, table))
     points = samples.size
@@ -125,7 +125,7 @@ def _total(alpha, m, points):
 
 
 def classes(name, column, samples, table):
-    """Of every row: as printed, within one of the last digit, with Stable32's bias divided out, or other."""
+    """Class of every row: as printed, within one of the last digit, after correction of Stable32's bias, or other."""
     factors = table.rows[:, 0].astype(int)
     printed = table.rows[:, column]
     if table.kind == "ThêoH":

@@ -1,7 +1,4 @@
-"""The tests of allantools, with allanite's deviations in place of its own.
-
-They come with its source, which is fetched when they are run; without a package index they are skipped.
-"""
+"""The tests of allantools with allanite's deviations in place of its own; skipped without a package index."""
 
 from __future__ import annotations
 

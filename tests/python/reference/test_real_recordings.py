@@ -89,7 +89,7 @@ def test_mtig_hides_a_lag_and_spikes(record):
 @pytest.mark.slow
 @pytest.mark.parametrize("file", ["a", "b"])
 def test_temperature_predicts_the_whale_tag(record, file):
-    """Its coefficient differs between the halves (0.38, 0.56 in gyro_y): better by far on blocks left out all the same."""
+    """The coefficient differs between the halves (0.38, 0.56 in gyro_y), but it still predicts unseen blocks far better."""
     for column in ("gyro_y", "acc_y"):
         recording = record(f"cats_thermal_{file}.npz", column)
         models = ("N+B+K", "N+B+K+COV(column=temperature)")
@@ -100,7 +100,7 @@ def test_temperature_predicts_the_whale_tag(record, file):
 
 @pytest.mark.slow
 def test_hfi_is_white(record):
-    """Nothing but white noise, N within 3 % of what a Whittle estimate by hand gave."""
+    """Only white noise; N is within 3 % of a Whittle estimate made by hand."""
     fit = al.AngleRandomWalk().fit(record("hfi_10hz.npz", "gyro_x"))
     check = fit.check()
     assert [s.kind for s in check.significant] == []
@@ -109,7 +109,7 @@ def test_hfi_is_white(record):
 
 @pytest.mark.long
 def test_adis_accelerometer_hears_a_line(record):
-    """A line at 0.564 Hz of a third of a milli-g with its third harmonic, which does not keep its frequency."""
+    """A line at 0.564 Hz of a third of a milli-g with its third harmonic; its frequency is not constant."""
     check = al.fit_model(record("adis16405_imu1.npz", "acc_x"), "N+B+K").check()
     lines = [s for s in check.significant if s.kind == "sinusoid"]
     found = next((s for s in lines if abs(s.effect.values["frequency"] - 0.564) < 0.003), None)
@@ -123,7 +123,7 @@ def test_adis_accelerometer_hears_a_line(record):
 
 @pytest.mark.slow
 def test_adis_gyroscope_is_low_passed(record):
-    """Its density is 30 % down at 47 Hz: that is where N+B+K fails most, and what is named."""
+    """The density is 30 % lower at 47 Hz. There N+B+K fails most, and the suggestion must name the filter."""
     check = al.fit_model(record("adis16405_imu1.npz", "gyro_x"), "N+B+K").check()
     assert check.suggestions[0].kind in ("bandwidth", "resonance")
     assert check.suggestions[0].significant
@@ -134,7 +134,7 @@ def test_adis_gyroscope_is_low_passed(record):
 
 @pytest.mark.slow
 def test_adis_gyroscope_has_a_band(record):
-    """Eight times the floor, 3 Hz wide at 20 Hz."""
+    """A band 3 Hz wide at 20 Hz with eight times the density of the noise floor."""
     check = al.fit_model(record("adis16405_imu1.npz", "gyro_z"), "N+B+K").check()
     first = check.suggestions[0]
     assert first.kind == "resonance"
@@ -153,7 +153,7 @@ def test_adis_gyroscope_has_a_band(record):
     ("column", "low", "high"), [("acc_y", -0.026, -0.017), ("gyro_y", 0.25, 0.50)]
 )
 def test_a_whale_tag_feels_the_temperature(record, which, column, low, high):
-    """Temperature first. The ranges are those of least squares on levels and on differences over 15 minutes."""
+    """Temperature comes first. The ranges are those of least squares on levels and on differences over 15 minutes."""
     fit = al.fit_model(record(f"cats_thermal_{which}.npz", column), "N+K")
     first = fit.check().suggestions[0]
     assert first.kind == "covariate"
@@ -176,7 +176,7 @@ def test_a_whale_tag_whose_drift_is_not_the_temperature(record, which):
 
 @pytest.mark.long
 def test_the_line_of_the_accelerometer_is_a_narrow_band_with_its_harmonic(record):
-    """Half of its power is within ±0.4 mHz; the third harmonic wanders three times as far at least."""
+    """Half of its power is within ±0.4 mHz; the third harmonic wanders at least three times as far."""
     step = al.improve(record("adis16405_imu1.npz", "acc_x"), "N+B+K", limit=1).ladder[1]
     first, third = (e for e in step.fit.model if e.kind == "resonance")
     assert [e.kind for e in step.brought] == ["resonance"]
@@ -189,7 +189,7 @@ def test_the_line_of_the_accelerometer_is_a_narrow_band_with_its_harmonic(record
 
 @pytest.mark.long
 def test_neither_misfit_nor_discrepancy_of_the_gyroscope_rises(record):
-    """A hump at 20 Hz and a filter: one alone leaves a larger discrepancy."""
+    """A hump at 20 Hz and a filter: either alone leaves a larger discrepancy."""
     study = al.improve(record("adis16405_imu1.npz", "gyro_z"), "N+B+K")
     assert {study.ladder[1].added.kind, *(e.kind for e in study.ladder[1].brought)} == {
         "resonance",
@@ -201,7 +201,7 @@ def test_neither_misfit_nor_discrepancy_of_the_gyroscope_rises(record):
 
 @pytest.mark.long
 def test_a_summary_of_adis_tells_what_the_record_does(record):
-    """A band that moves, and vibrations narrower than a bin with their side bands: of a summary as of the record."""
+    """The summary shows a band that moves, and vibrations narrower than a bin with side bands, as the record does."""
     for column, kinds in (
         ("gyro_z", ["bandwidth", "drifting_resonance", "resonance"]),
         ("acc_x", ["bandwidth", "drifting_resonance", "modulated_vibration"]),

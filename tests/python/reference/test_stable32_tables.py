@@ -1,7 +1,7 @@
-"""Every row of Stable32's tables that come with the tests of allantoolkit, beside our deviation of the same samples.
+"""Every row of Stable32's tables that come with the tests of allantoolkit, and our deviation of the same samples.
 
-The tables are allantoolkit's, and are read where they are at hand: its source from a package index that has it, or a
-checkout of its repository, whose folder ALLANTOOLKIT names. Elsewhere the test is skipped and says so.
+The tables are read from allantoolkit's source on a package index, or from a checkout in the folder ALLANTOOLKIT.
+Without both, the test is skipped.
 """
 
 from __future__ import annotations

@@ -17,7 +17,7 @@ MODELS = {
 @pytest.mark.statistical
 @pytest.mark.parametrize("name", list(MODELS))
 def test_true_models_are_seldom_beyond_it(name):
-    """In 2 % of records: of 100 more than 7 with a probability of 0.1 %."""
+    """In 2 % of records; more than 7 of 100 have a probability of 0.1 %."""
     over = 0
     for seed in range(100):
         log = al.Recording(MODELS[name](np.random.default_rng([seed, 5])), rate=RATE, unit="deg/s")

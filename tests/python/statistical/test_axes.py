@@ -72,7 +72,7 @@ def test_what_is_common_to_two_sensors_is_found_and_nothing_else():
 
 
 def test_a_form_has_what_all_axes_have_and_not_what_one_lacks():
-    """K that a record of this length shows about every other time, and seven times as much on two axes of three."""
+    """A record of this length shows K about every other time; two of three axes have seven times as much."""
     weak, strong = "N(N=0.01)+K(K=3e-4)", "N(N=0.01)+K(K=2e-3)"
     left_out = kept = 0
     for seed in range(40):

@@ -1,6 +1,6 @@
-"""Intervals of coefficients cover what they say; agreement of recordings is tested at its level.
+"""Intervals of coefficients have their coverage; agreement of recordings is tested at its level.
 
-benches/claims/interval_coverage.py is the same with a thousand records of each; its table is in docs/validation.md.
+benches/claims/interval_coverage.py does the same with a thousand records of each; its table is in docs/validation.md.
 """
 
 import numpy as np
@@ -85,7 +85,7 @@ def test_recordings_of_one_sensor_agree_at_the_level_of_the_test():
 
 
 def test_lines_of_one_machine_agree_at_the_level_of_the_test():
-    """A line of 9 times its standard error in three recordings, each with a phase of its own."""
+    """A line of 9 times its standard error in three recordings with different phases."""
     truth, sets = {"SIN.frequency": 0.0713, "SIN.amplitude": 0.2}, records(60, 100)
     p_values, common = {key: [] for key in truth}, dict.fromkeys(truth, 0)
     for seed in range(sets):

@@ -1,8 +1,7 @@
-"""Confusion matrix of the catalog: one record of each effect, and the effect that the check names first.
+"""Confusion matrix of the catalog: the effect of a record, and the effect that the check names first.
 
-The records are those of benches/decisions, where the true model gains a log-likelihood of more than 30. The benchmark
-searches them with many seeds. Here the first suggestion for one record of each effect is tested, and for three with
-ALLANITE_FULL=1.
+The records are those of benches/decisions, where the true model gains a log-likelihood of more than 30. Here each
+effect has one record, or three with ALLANITE_FULL=1; the benchmark uses many seeds.
 """
 
 import runpy
@@ -40,7 +39,7 @@ def test_every_effect_has_a_record():
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", HIDDEN)
 def test_the_check_names_one_effect_first(kind):
-    """At most one of three records is named otherwise: the benchmark measures how many of many are."""
+    """At most one of three records has another first suggestion; the benchmark measures the share."""
     expected, named = NAMED_FIRST.get(kind, kind), []
     for seed in range(records(1, 3)):
         check = al.fit_model(RECORDS["record"](kind, seed), HIDDEN[kind].start).check()

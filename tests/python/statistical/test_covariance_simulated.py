@@ -17,8 +17,8 @@ pytestmark = pytest.mark.statistical
 def flicker(rng, records, n):
     """Exact Gaussian increments of flicker noise summed up: circulant embedding (Davies & Harte 1987).
 
-    x is not stationary, its steps are: r(h) = 2g(h) − g(h+1) − g(h−1) over 2 with g(h) = E(x_{k+h} − x_k)² =
-    (4/π) Σ_{r≤h} 1/(2r−1).
+    The steps of x are stationary: r(h) = (2g(h) − g(h+1) − g(h−1))/2 with g(h) = E(x_{k+h} − x_k)² = (4/π) Σ_{r≤h}
+    1/(2r−1).
     """
     g = np.concatenate([[0.0], np.cumsum(1.0 / (2.0 * np.arange(1, n + 2) - 1.0))]) * 4 / np.pi
     h = np.arange(n)

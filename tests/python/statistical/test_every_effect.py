@@ -1,12 +1,12 @@
-"""Usual effects, hidden at the edge of what a record can show: named first, measured, and adequate once added.
+"""Usual effects, hidden at the limit of what a record can show: named first, measured, and adequate once added.
 
 One hour at 50 Hz of N, B and K (rad/s) with one more effect made by independent code, at the strength where it gains a
 ΔlogL of about 30. Five seeds each, five more if one of these fails; twenty with ALLANITE_FULL=1.
 
-Ten records say little about one interval. With a true coverage of 95 %, fewer than 7 of 10 occur with a probability of
-0.1 %, and of the 23 intervals at least one with 2.4 %. A true coverage of 80 % would pass with 88 %, one of 50 % with
-17 %. The test finds intervals that are plainly wrong; it does not prove 95 %. Hundreds of records are simulated in
-test_hard_intervals.py and test_coefficient_intervals.py, and every effect of the catalog in test_confusion.py.
+With a true coverage of 95 %, an interval covers fewer than 7 of 10 with a probability of 0.1 %; for at least one of the
+23 intervals it is 2.4 %. A true coverage of 80 % would pass with 88 %, one of 50 % with 17 %: the test finds only
+intervals that are plainly wrong. Hundreds of records are simulated in test_hard_intervals.py and
+test_coefficient_intervals.py, and every effect of the catalog in test_confusion.py.
 """
 
 import numpy as np
@@ -174,7 +174,7 @@ def _inside(found, name):
 
 
 def _clean(kind, found):
-    """All named, adequate and better predicted, of each interval one outside at most."""
+    """True if all are named, adequate and better predicted, and each interval misses at most once."""
     return (
         _named(kind, found) == len(found)
         and all(adequate and falls for *_, adequate, falls in found)

@@ -1,6 +1,6 @@
-"""Log, file, new data of the same truth, aiding, coasting: a small part of `benches/claims/filter_files.py`.
+"""Log, exported file, new data of the same truth, aiding, coasting: a small part of `benches/claims/filter_files.py`.
 
-docs/validation.md has the figures of the study with 50 sensors of each of its twelve truths.
+docs/validation.md has the results for 50 sensors of each of its twelve truths.
 """
 
 import sys
@@ -38,7 +38,7 @@ def test_a_filter_with_an_exported_file_is_consistent(name, monkeypatch):
 
 
 def test_the_weights_of_a_filter_give_its_errors():
-    """The filter, run sample by sample on the data, has the mean squares that its weights give at once."""
+    """The filter, run sample by sample on the data, has the mean squares that follow from its weights."""
     rng = np.random.default_rng(1)
     new = rng.standard_normal((3, study.AIDED + study.COASTING[-1]))
     F, Q = np.array([[1.0, -1.0], [0.0, 0.99]]), np.diag([1e-2, 1e-4])

@@ -1,6 +1,6 @@
-"""Filters hidden in N+B+K, made by scipy.signal alone: the first rung of a ladder is the filter, and N is right.
+"""Filters hidden in N+B+K, made by scipy.signal alone: the first step is the filter, and N is right.
 
-One record of each design; `benches/claims/filters.py` has them all, and how they are made.
+One record of each design; `benches/claims/filters.py` has all designs.
 """
 
 import sys
@@ -42,7 +42,7 @@ def test_the_first_rung_is_the_filter(name):
 
 
 def test_what_is_rounded_after_the_filter_is_part_of_it():
-    """White noise of 1/20 of N after a Butterworth low-pass of 5 Hz: no lag, no resonance, both numbers right."""
+    """White noise of 1/20 of N after a Butterworth low-pass of 5 Hz: no lag, no resonance, both coefficients right."""
     n, rate, N = 180_000, 100.0, 0.0126
     b, a = signal.butter(2, 0.1)
     rng = np.random.default_rng(4)

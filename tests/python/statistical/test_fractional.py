@@ -21,9 +21,9 @@ def _recording(exponent, level, seed):
 @pytest.mark.statistical
 @pytest.mark.parametrize(("exponent", "level"), [(-0.7, 0.012), (-1.5, 0.02)])
 def test_the_exponent_is_measured_and_named(exponent, level):
-    """The fit's exponent stayed on its grid of tenths: it covered the truth in no record.
+    """When the exponent stayed on a grid of tenths, the interval covered the truth in no record.
 
-    Of six intervals of 95 % two or more miss in 3 % of the cases; it is known to 0.04, the grid to 0.2.
+    Two or more of six 95 % intervals miss in 3 % of the cases. The standard error is 0.04; the exponents are 0.2 apart.
     """
     fits = [al.fit_model(_recording(exponent, level, seed), "N+PL") for seed in SEEDS]
     found = [fit["PL.exponent"] for fit in fits]
