@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
     from allanite.cli.models import NamedModel
     from allanite.readers import Table
-    from allanite.readers.columns import Roles
+    from allanite.readers.roles import Roles
 
 #: Rows of numbers from which the columns are recognized. Without a header, this many rows show which column is time.
 #: Chosen by judgment; not measured.
@@ -87,7 +87,7 @@ def watched_column(
     was fitted. Without a row of numbers: the first column, factor 1. `column` is the user's choice, and `quantity` is
     ``rate``, ``increment`` or ``angle``.
     """
-    from allanite.readers.columns import Roles
+    from allanite.readers.roles import Roles
 
     if any("\0" in line for line in lines):
         raise InputError(

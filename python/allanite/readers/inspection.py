@@ -18,14 +18,11 @@ from allanite.common.read_options import ReadOptions, takes_parameters_of
 from allanite.common.showing import aligned_lines
 from allanite.readers import read, read_table
 from allanite.readers._table import Table, time_unit_of
-from allanite.readers.columns import (
-    USE_REMEDY,
-    Roles,
-    layout_from_roles,
-)
+from allanite.readers.columns import USE_REMEDY, layout_from_roles
 from allanite.readers.deviation_table import refuse_deviation_table
 from allanite.readers.frame import Log, is_frame, table_of
 from allanite.readers.plausibility import assumed_units, unit_doubts
+from allanite.readers.roles import Roles
 from allanite.readers.text import all_numbers
 from allanite.readers.unit_names import unit_remedy
 from allanite.recording import Recording
