@@ -171,7 +171,10 @@ def shape_widening(solution: Solution, own: Process, relative: float, data: Data
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Correlations:
-    """Correlation matrix of the fitted parameters ``N``, ``GM.q_c``, … of random effects, without those at zero."""
+    """Correlation matrix of the fitted parameters ``N``, ``GM.q_c``, … of random effects and modifiers.
+
+    Parameters at zero are absent.
+    """
 
     names: tuple[str, ...]
     matrix: Array

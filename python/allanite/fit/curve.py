@@ -71,7 +71,7 @@ class Curve:
 
     @property
     def rms_percent(self) -> float | None:
-        """Geometric rms error of the model, 100·(e^{rms of ln(model/measured)} − 1) %, over edf ≥ 10, or None."""
+        """Geometric rms error of the model, 100·(e^{rms of ln(model/measured)} − 1) %, over τ with edf ≥ 10, or None."""
         apart = self._log_ratio()
         return None if apart.size == 0 else float(100.0 * np.expm1(np.sqrt(np.mean(apart**2))))
 

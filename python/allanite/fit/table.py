@@ -71,7 +71,7 @@ def parameter_rows(fit: Fit) -> list[tuple[str, str, str, str]]:
 
 
 def _unit_and_factor(parameter: Parameter, sample: str) -> tuple[str, float]:
-    """Pair: printed unit of a parameter, empty for a pure number, and the factor from that of samples in `sample`."""
+    """Pair: printed unit of a parameter, empty for a pure number, and the factor of its value; samples are in `sample`."""
     unit, factor = sheet_unit(parameter, sample), 1.0
     if isinstance(parameter.unit, float):
         factor = conversion(coefficient_unit(sample, parameter.unit), unit)

@@ -34,7 +34,7 @@ def column_slopes(
 ) -> tuple[tuple[float, float], float] | None:
     """Pair ((slow, fast), error): coefficient of the effect at slow and at fast time scales, relative to the fitted one.
 
-    `error` is the standard error of the difference of both values. The lowest 8192 ordinates are split in two, so that each
+    `error` is the standard error of the difference of both values. The lowest 8191 ordinates are split in two, so that each
     part has half of the information on the coefficient. None if one part has no information.
     """
     series = effect.signal(data.time, data.covariates)
