@@ -27,7 +27,7 @@ def _fit(samples, model):
 
 
 def _share(inside):
-    """Share, and two and a half standard errors of a share of 95 % of so many records."""
+    """(share of True, two and a half standard errors of a share of 95 % of so many records)."""
     return np.mean(inside), 2.5 * np.sqrt(0.95 * 0.05 / len(inside))
 
 

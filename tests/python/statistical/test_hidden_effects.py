@@ -1,10 +1,10 @@
-"""One physical effect hidden in two hours of a gyroscope's noise: is it named first, measured, and is that the end?
+"""One physical effect hidden in two hours of a gyroscope's noise: it is named first, measured, and nothing is missing then.
 
-2 h at 100 Hz, N = 0.0126, B = 0.002, K = 9.07e-5 (rad/s); the hidden effect is worth ΔlogL of about 30 or more over
-the model without it. Ten seeds each; the counts asked for (9 named, 8 inside the 95 % interval) fail by chance for a
-true rate of 99 % and 95 % in 0.4 % and 1.2 %. Where the first five are all named and four of them inside, they are enough:
-a true rate of 70 % of names passes in 23 % instead of 15, one of 50 % in 4 % (1 %); intervals that hold 70 % of truths
-pass in 58 % (38 %), 50 % in 20 % (5 %). How many they hold is counted in hundreds by test_coefficient_intervals.py.
+2 h at 100 Hz, N = 0.0126, B = 0.002, K = 9.07e-5 (rad/s); the hidden effect is worth ΔlogL of about 30 or more. Of ten
+seeds, 9 must be named, and 8 lie inside the 95 % interval: a true rate of 99 % and 95 % fails with 0.4 % and 1.2 %. If
+the first five are all named and four of them inside, they are enough. A true rate of 70 % of names then passes in 23 %
+instead of 15, one of 50 % in 4 % (1 %); intervals that hold 70 % of truths pass in 58 % (38 %), 50 % in 20 % (5 %).
+test_coefficient_intervals.py counts in hundreds how many they hold.
 """
 
 import numpy as np
@@ -20,7 +20,7 @@ START = {"rate_random_walk": "N+B", "bias_instability": "N+K"}
 
 
 def _rest(rng, kind):
-    """The noise in which an effect hides; a hidden process takes the place of its weaker like."""
+    """Noise in which an effect is hidden; a hidden random walk or flicker replaces the weaker one of its kind."""
     samples = g.white(rng, LENGTH, RATE, N)
     if kind != "bias_instability":
         samples += g.flicker(rng, LENGTH, RATE, B)
@@ -48,7 +48,6 @@ TRUTH = {
 
 
 def _study(kind, seed):
-    """The ladder of one record."""
     rng = np.random.default_rng([seed, *kind.encode()])
     samples = _rest(rng, kind) + HIDDEN[kind](rng)
     recording = al.Recording(samples, rate=RATE, unit="rad/s")
@@ -60,7 +59,7 @@ def _named(kind, found):
 
 
 def _outside(kind, found):
-    """Of every study whose intervals miss a true value: which, and by what."""
+    """Dict from seed to the intervals that miss a true value."""
     missed = {}
     for seed, study in enumerate(found):
         effects = dict(zip([e.kind for e in study.fit.model], study.fit.estimates, strict=True))
@@ -73,7 +72,7 @@ def _outside(kind, found):
 
 
 def _told(study):
-    """What a failing test says of a ladder."""
+    """Text about a study for the message of a failing test."""
     rungs = " → ".join(r.added.kind for r in study.ladder[1:]) or "nothing"
     scores = ", ".join(f"{r.fit.error.predictive.score:.4f}" for r in study.ladder)
     first = [

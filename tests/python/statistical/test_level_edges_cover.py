@@ -13,7 +13,7 @@ RATE, N = 50.0, 20_000
 @pytest.mark.long
 @pytest.mark.statistical
 def test_edges_and_factor_lie_in_their_intervals():
-    """Of 60 records 120 edges: 95 % are 114 ± 2.4, and 106 or fewer one in 400 such tests; of the factors 57 ± 1.7.
+    """Of the 120 edges of 60 records, 95 % are 114 ± 2.4, and 106 or fewer one in 400 such tests; of the factors 57 ± 1.7.
 
     The intervals were about as narrow when edges were off by seconds: 48 of 120 held.
     """

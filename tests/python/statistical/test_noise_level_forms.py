@@ -1,9 +1,10 @@
 """A level of the white noise that changes: several times, with a period, with a column, or by a factor of seven.
 
-Records of 100 000 samples at 50 Hz made by code of their own, four of each case: the effect is in every ladder, and
-nothing else in three of four at least (a check of a true model has 1 % false alarms, a ladder two or three of them). Two
-ladders with nothing else are enough: were there more in every second one, 38 % of cases would pass (31 % with four at
-once), and in all, as there was in strong changes, none. A strong change may be named as LEVELS of two times.
+Four records of 100 000 samples at 50 Hz of each case, made by independent code: the effect is in every model, and
+nothing else in three of four at least (a check of a true model has 1 % false alarms, a study two or three of them). Two
+models with nothing else are enough: with more effects in every second model, 38 % of cases would pass (31 % with four
+at once), and with more in all models, as once for strong changes, none. A strong change may be named as LEVELS of two
+times.
 """
 
 import numpy as np

@@ -1,7 +1,7 @@
-"""Is the standard error of a difference of predictions right, and are true effects kept?
+"""The standard error of a difference of predictions is right, and true effects are kept.
 
-Records of 33 min at 10 Hz. An effect that is not there raises logL by ½χ² and costs twice the mean of that in prediction:
-the mean difference is about ½ nat a number.
+Records of 33 min at 10 Hz. An effect that is not there raises logL by ½χ² and costs twice the mean of that in
+prediction: the mean difference is about ½ nat per parameter.
 """
 
 import numpy as np
@@ -54,7 +54,7 @@ def test_the_standard_error_of_a_random_effect_that_is_not_there(after):
     ],
 )
 def test_a_function_of_time_that_is_not_there(before, after, make):
-    """Neutral or refused; the standard error is careful: the amplitude's own χ² counts z² where ½ is its variance."""
+    """Neutral or refused. The standard error is careful: χ² of the amplitude counts as z², although its variance is ½."""
     difference, error, _ = differences(36, before, after, make)
     # Standard error of the mean 0.13.
     assert 0.2 <= difference.mean() <= 1.5
@@ -79,7 +79,7 @@ TRUE = {
 @pytest.mark.parametrize("size", [1.0, np.sqrt(2.0)])
 @pytest.mark.parametrize("kind", TRUE)
 def test_a_true_effect_is_not_refused(kind, size):
-    """Expected ΔlogL about 15 and 30; of records in which it rose by 5 none may be refused."""
+    """Expected ΔlogL about 15 and 30; no record in which it rose by 5 may be refused."""
     before, after, make = TRUE[kind]
     difference, error, rise = differences(12, before, after, lambda rng: make(rng, size))
     assert not (difference > error)[rise > 5.0].any()

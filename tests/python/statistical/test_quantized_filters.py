@@ -11,7 +11,7 @@ pytestmark = pytest.mark.statistical
 
 @pytest.mark.parametrize(("cutoff", "order", "q"), [(2.5, 2, 1e-3), (3.0, 4, 1e-3), (2.5, 2, 5e-4)])
 def test_quantization_behind_a_filter_is_no_resonance(cutoff, order, q):
-    """The true model has 6 to 20 nats more than the best model without quantization: the search must find it.
+    """The true model has 6 to 20 nats more than the best model without quantization, so the search must find it.
 
     A 95 % interval must contain N = 0.01. The seeds are fixed; with other seeds one interval in twenty may miss it.
     """

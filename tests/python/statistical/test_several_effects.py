@@ -103,7 +103,7 @@ def test_the_ladder_finds_all_and_nothing_else(case):
 
 @pytest.mark.long
 def test_a_temperature_that_has_nothing_to_do_with_it():
-    """Columns of noise, of a random walk of their own and of a smooth day, beside records that drift."""
+    """Columns of noise, of an independent random walk and of a smooth day, in records that drift."""
     false, count = [], records(45, 200)
     for seed in range(count):
         rng = np.random.default_rng([seed, 4])

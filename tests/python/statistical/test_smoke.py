@@ -1,7 +1,6 @@
-"""The claims of this folder at a hundredth of their records: what `make test` sees of them, in seconds.
+"""The claims of this folder at a hundredth of their records, in seconds, for `make test`.
 
-Bounds are where chance alone fails one run in ten thousand, so that only what is badly wrong is found here; the other
-files know the claims to a per cent.
+Only what is badly wrong is found here: chance alone exceeds the bounds in one run in ten thousand.
 """
 
 import numpy as np

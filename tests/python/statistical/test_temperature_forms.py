@@ -1,8 +1,8 @@
-"""Three hours at 10 Hz whose bias follows a temperature with play: named so at ΔlogL of about 25.
+"""Three hours at 10 Hz whose bias follows a temperature with hysteresis, which must be named at ΔlogL of about 25.
 
-Of 24 such records 23 were named play or two lags, of 12 with a line 12 a lag (docs/validation.md); of six, five or more
-would be in 97.6 % of the cases at 23 of 24. The first three are enough where all are: half the records named would pass
-in 17 % of the cases (11 % with six at once). Seeds are fixed.
+Of 24 such records, 23 were named hysteresis or two lags, and of 12 with a line, 12 a lag (docs/validation.md). At this
+rate, five or more of six are named in 97.6 % of the cases. If the first three are all named, they are enough: half the
+records named would pass in 17 % of the cases (11 % with six at once). Seeds are fixed.
 """
 
 import numpy as np
@@ -55,7 +55,7 @@ def test_a_form_is_named(form, kinds):
 
 @pytest.mark.statistical
 def test_another_records_temperature_explains_nothing():
-    """1 % of checks at most raise anything: of six, one in 6 %, two in 0.15 %. Three without any are enough."""
+    """At most 1 % of checks suggest anything: one of six in 6 %, two in 0.15 %. Three without any are enough."""
     followed = halves(
         lambda seed: any(s.effect.follows for s in _check(seed, "none").significant),
         range(6),

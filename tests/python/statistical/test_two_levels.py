@@ -1,8 +1,8 @@
-"""A telegraph signal and a Gauss-Markov process of one and the same spectrum, told apart by their levels.
+"""A telegraph signal and a Gauss-Markov process of the same spectrum, distinguished by their levels.
 
-Half an hour at 50 Hz of N, B and K with ±0.02 rad/s that stays 20 s on a level, and with a Gauss-Markov process of that
-variance and correlation time. No failure in 12 records says that the rate is below 22 %, in 30, which benches/claims/
-full_counts.py takes, below 10 % (95 %); docs/validation.md has the least odds of 40 and more.
+Half an hour at 50 Hz of N, B and K with ±0.02 rad/s that stays 20 s on a level, or with a Gauss-Markov process of that
+variance and correlation time. No failure in 12 records limits the rate to 22 %, in 30 (benches/claims/full_counts.py)
+to 10 % (95 %); docs/validation.md has the smallest odds of 40 and more.
 """
 
 import numpy as np
@@ -52,7 +52,7 @@ def test_a_bell_is_never_burst_noise():
 
 
 def test_a_bell_at_the_edge_of_what_is_seen_is_not_burst_noise_either():
-    """Half that size: ΔlogL of about 16, where the levels are as large as the noise of a block."""
+    """At half that size, ΔlogL is about 16, and the levels are as large as the noise of a block."""
     seen, count = 0, records(10, 20)
     for seed in range(count):
         kinds = [s.kind for s in _suggestions(seed, "gauss_markov", 0.5 * AMPLITUDE)]
@@ -63,7 +63,7 @@ def test_a_bell_at_the_edge_of_what_is_seen_is_not_burst_noise_either():
 
 
 def test_a_bell_beside_quantization_is_not_burst_noise():
-    """Blue noise folds back into the means of blocks, with as many times its power as a block has samples."""
+    """Blue noise is aliased into the means of blocks: its power is multiplied by the samples of a block."""
     for seed in range(records(3, 10)):
         rng = np.random.default_rng([seed, 34])
         samples = g.quantization(rng, 20_000, 1.0, 4.2) + g.gauss_markov(rng, 20_000, 1.0, 0.15, 66)

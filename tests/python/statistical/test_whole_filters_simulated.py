@@ -34,7 +34,7 @@ def record(name, seed, length=LENGTH):
     ("kind", "names", "few"), [("notch", NOTCHES, 5), ("high_pass", HIGH_PASSES, 3)]
 )
 def test_the_first_rung_is_the_filter(kind, names, few):
-    """Six notches and four high-passes, of each of which one may be called something else, in a quarter of an hour."""
+    """Six notches and four high-passes in a quarter of an hour; one of each may get another name."""
     first = right = 0
     told = []
     for name in names:
@@ -49,7 +49,7 @@ def test_the_first_rung_is_the_filter(kind, names, few):
 
 @pytest.mark.long
 def test_the_true_model_raises_no_alarm():
-    """Ten minutes behind a notch (the hundred of half an hour are counted by benches/claims/whole_filters.py)."""
+    """Ten minutes behind a notch; benches/claims/whole_filters.py counts a hundred records of half an hour."""
     notched = (record("notch:25:5", seed, 60_000) for seed in range(records(12, 24)))
     checks = [al.fit_model(log, "N+B+K+NOTCH").check() for log in notched]
     raised = [str(check.suggestions[0]) for check in checks if check.significant]

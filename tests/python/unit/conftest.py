@@ -23,7 +23,7 @@ def run(capsys):
 
 @pytest.fixture
 def forked(monkeypatch):
-    """Run isolated readers in forks: a new interpreter each would take ten times as long."""
+    """Run isolated readers in forks, because new interpreters would take ten times as long."""
 
     def run_child(order, results, _watch):
         child = os.fork()

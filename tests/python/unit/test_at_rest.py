@@ -36,7 +36,7 @@ def recorded(x):
 
 
 def carried(seed=0, seconds=300):
-    """In the hand or pocket: gait at 2 Hz, turning of the body, 0.046 rad/s rms and more."""
+    """Carried in the hand or pocket: gait at 2 Hz, turning of the body, 0.046 rad/s rms and more."""
     rng = np.random.default_rng(seed)
     n = seconds * RATE
     t = np.arange(n) / RATE
@@ -48,7 +48,7 @@ def carried(seed=0, seconds=300):
 
 
 def driven(seed=0, seconds=300):
-    """Turns and accelerations of seconds, the road, and two stops."""
+    """Turns and accelerations of seconds, road vibration, and two stops."""
     rng = np.random.default_rng(seed)
     n = seconds * RATE
     x = still(seed, seconds)
@@ -62,7 +62,7 @@ def driven(seed=0, seconds=300):
 
 
 def flown(seed=0, seconds=300):
-    """A small drone: vibration of the rotors, attitude of a second."""
+    """A small drone: vibration of the rotors, attitude changes of a second."""
     rng = np.random.default_rng(seed)
     n = seconds * RATE
     x = still(seed, seconds)
@@ -174,7 +174,7 @@ def test_real_flight_and_hand(data, name, unit):
 
 
 def in_the_hand(seconds):
-    """Gyroscope and accelerometer at 50 Hz, carried in the hand for so long and at rest for 600 s."""
+    """Gyroscope and accelerometer at 50 Hz, carried in the hand, then at rest for 600 s."""
     rng = np.random.default_rng(2)
     n = 50 * 600
     x = rng.standard_normal((n, 2)) * (0.05, 0.02) + (0.0, 9.8)
@@ -221,7 +221,7 @@ def test_a_quiet_stretch_has_no_turn_in_it_and_begins_with_no_motion():
 
 
 def test_an_axis_without_samples_for_a_while_leaves_its_direction_unknown():
-    """The direction of gravity is judged where all three axes have samples; where they never have, not at all."""
+    """The direction of gravity is judged only while all three axes have samples."""
     x = still()
     x[: len(x) // 5, 5] = np.nan
     assert motion_of(recorded(x)).tilt < 1.0
@@ -241,7 +241,7 @@ def noisy(rate, seconds, seed, columns=1):
 @pytest.mark.slow
 @pytest.mark.parametrize("rate", [10.0, 50.0, 200.0])
 def test_white_noise_above_the_limits_is_no_motion(rate):
-    """One window of a column in 10 000 is said to move: of 4800 half a one, and more than four in 1 of 5000 such tests."""
+    """One window of a column in 10 000 counts as motion: of 4800 windows 0.5, over four in 1 of 5000 such tests."""
     said = 0.0
     for seed in range(20):
         x = noisy(rate, 200, seed, 6)
@@ -253,7 +253,7 @@ def test_white_noise_above_the_limits_is_no_motion(rate):
 
 @pytest.mark.parametrize("change", ["none", "clipped", "held", "lag"])
 def test_a_noisy_sensor_at_rest_is_not_said_to_move(change):
-    """It was, in 93 % of the record of an example, by an absolute limit that the mean over 1 s of its own noise passes."""
+    """An absolute limit, below the noise of a mean over 1 s, once found motion in 93 % of an example."""
     rng = np.random.default_rng(5)
     n = 600 * RATE
     x = 0.0126 * np.sqrt(RATE) * rng.standard_normal(n) + 2e-5 * np.cumsum(rng.standard_normal(n))
@@ -268,7 +268,7 @@ def test_a_noisy_sensor_at_rest_is_not_said_to_move(change):
 
 @pytest.mark.parametrize("rate", [10.0, 50.0, 100.0])
 def test_motion_in_a_part_of_a_noisy_record_is_still_said(rate):
-    """Steps of three times the noise of 0.2 s, turns of 3 s of twelve times that of 1 s; each for two minutes of five."""
+    """Steps of three times the noise of 0.2 s, turns of 3 s of twelve times that of 1 s; each in two minutes of five."""
     from scipy.signal import lfilter
 
     for seed in range(5):
@@ -285,7 +285,7 @@ def test_motion_in_a_part_of_a_noisy_record_is_still_said(rate):
 
 
 def test_white_noise_of_any_size_is_no_motion():
-    """Also in a short record, in which the usual change is known to a fifth."""
+    """This includes a short record, in which the usual change is known to a fifth."""
     refused = [
         motion_error(
             al.Recording(np.random.default_rng(seed).standard_normal((400, 3)), 10.0, unit="rad/s")

@@ -89,7 +89,7 @@ def test_integers_and_coarse_rounding():
 
 @pytest.mark.parametrize("mean", [0.0, 0.13, 0.25, 0.37, 0.5])
 def test_what_rounding_adds_is_said_while_it_is_true(mean):
-    """In units of the step. The variance of 20 000 samples is known to 1 %: four of these."""
+    """In units of the step. The standard error of the variance of 20 000 samples is 1 %; four of these are allowed."""
     for ratio in (1.0, 2.0, 2.5, 3.0, 4.0, 8.0):
         x = np.round(mean + noise() / ratio)
         if x.std() == 0.0:
@@ -273,7 +273,7 @@ def test_heavy_tails_are_no_outliers():
 
 
 def dropped(columns=1):
-    """Three samples in a thousand are not there, at random, as of a serial link."""
+    """Three samples in a thousand are missing at random, as on a serial link."""
     rng = np.random.default_rng(3)
     there = np.sort(rng.permutation(40_000)[:-120])
     x = rng.standard_normal((there.size, columns))
@@ -320,7 +320,7 @@ def test_one_long_gap_needs_no_averaging():
 
 @pytest.mark.parametrize("share", [0.003, 0.02, 0.2])
 def test_remarks_on_gaps_agree(share):
-    """What the audit says of the curve is what the curve says of itself."""
+    """The audit and the deviation say the same about the curve."""
     rng = np.random.default_rng(int(1000 * share))
     there = np.sort(rng.permutation(20_000)[: round(20_000 * (1 - share))])
     recording = al.Recording(rng.standard_normal(there.size), time=there / 100.0, unit="deg/s")

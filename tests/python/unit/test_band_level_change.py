@@ -96,7 +96,7 @@ def test_an_octave_of_a_few_values_has_no_interval():
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", [0, 2])
 def test_a_tone_burst_is_no_louder_band_beside(seed):
-    """The burst raises the power of its band for as long: one cause, named once."""
+    """The burst raises the power of its band for the same time: one cause, named once."""
     n, rate = 20_000, 10.0
     time, rng = np.arange(n) / rate, np.random.default_rng([seed, 4])
     x = 0.01 * np.sqrt(rate) * rng.standard_normal(n)

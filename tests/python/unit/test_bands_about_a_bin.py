@@ -25,7 +25,7 @@ def _recording(seed, *dampings):
 @pytest.mark.long
 @pytest.mark.parametrize("damping", [0.005, 0.0058, 0.0062, 0.0066, 0.008])
 def test_nothing_is_missing_beside_them(damping):
-    """Half as many as are narrow enough to be fitted to ordinates; a candidate may not gain by moving them across."""
+    """Half of them are narrow enough to be fitted to ordinates; moving them across must gain no candidate anything."""
     study = al.improve(_recording(2, damping, damping), "N")
     assert [e.kind for e in study.fit.model.effects[1:]] == ["resonance"] * 2, study
     assert study.adequate, study
@@ -51,7 +51,7 @@ def test_its_evidence_is_the_same_on_both_sides():
 
 
 def test_what_is_taken_out_again_was_not_asked_for():
-    """How many of the start's effects are left does not fall with those that were added."""
+    """Dropping added effects does not change the number of the start's effects that are left."""
     recording = _recording(1, 0.03)
     before = al.fit_model(recording, "N+GM(T=2)")
     fit = before.add(al.effects.Resonance(frequency=20.0, damping=0.03))

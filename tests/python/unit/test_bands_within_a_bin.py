@@ -143,7 +143,7 @@ def test_few_ordinates_tell_the_means_of_bins_that_have_many(half, depth, monkey
 
 @pytest.mark.slow
 def test_a_band_of_no_strength_explains_nothing():
-    """Where a digital filter leaves nothing, the spectrum changes within a bin, whatever band is there."""
+    """In the stop band of a digital filter, the spectrum changes within a bin, whatever band is there."""
     rng = np.random.default_rng(11)
     b, a = signal.butter(2, 0.98)
     x = signal.lfilter(b, a, g.white(rng, LENGTH + 4096, RATE, N))[4096:]
@@ -157,7 +157,7 @@ def test_a_band_of_no_strength_explains_nothing():
 
 
 def test_bins_and_what_is_within_them_are_the_likelihood_of_the_ordinates():
-    """Of two widths of one band: the difference of logL is that of Whittle's of all ordinates near it."""
+    """For two widths of one band, the difference of logL is that of Whittle's likelihood of all ordinates near it."""
     rng = np.random.default_rng(6)
     x = g.white(rng, LENGTH, RATE, N) + _wandering(rng, 7.3, 0.002, 0.03)[0]
     data = prepare(_recording(x))
@@ -231,7 +231,7 @@ def test_the_excess_is_where_it_was_put():
     ],
 )
 def test_an_allan_error_beyond_its_scatter_rises_by_no_more_than_that(before, after, falls):
-    """With a scatter of 7 %: up to twice that, or up to the root of the sum of the squares of the error before and it."""
+    """With a scatter of 7 %: up to twice the scatter, or up to the root of the sum of squares of error and scatter."""
 
     def fit(error):
         return SimpleNamespace(
@@ -247,7 +247,7 @@ def test_an_allan_error_beyond_its_scatter_rises_by_no_more_than_that(before, af
 
 @pytest.mark.parametrize("seed", range(6))
 def test_what_single_ordinates_show_is_detected(seed):
-    """Bins of 500 ordinates hardly see it, and say it may be none; among the ordinates four are tens of times as high."""
+    """Bins of 500 ordinates do not exclude 0, but four of the ordinates are tens of times as high."""
     rng = np.random.default_rng([seed, 9])
     x = g.white(rng, LENGTH, RATE, N) + g.resonance(rng, LENGTH, RATE, 21.0, 2.5e-5, 0.004)
     fit = al.fit_model(_recording(x), f"N(N={N})+RES(f=21,damping=2.5e-5,rms=0.004)")

@@ -36,7 +36,7 @@ def test_a_dead_and_a_stuck_axis_are_remarks():
 
 
 def test_that_no_unit_is_given_is_a_remark_in_the_words_of_who_asks(tmp_path):
-    """Columns called x, y, z may be a clock's, and had passed for one without a word."""
+    """Columns called x, y, z may belong to a clock, and were taken for one without a remark."""
     path = tmp_path / "phone.csv"
     x = np.random.default_rng(3).normal(0, 0.1, 500)
     path.write_text("\n".join(["x", *map(str, x)]))
@@ -105,7 +105,7 @@ def test_a_line_of_two_axes_is_named_once(found):
 
 @pytest.mark.long
 def test_a_visit_that_two_axes_feel_is_named_once():
-    """Someone leans on the bench: an excursion of both axes at one time, and a step that one axis alone has later."""
+    """Someone leans on the bench: an excursion of both axes at one time, and a later step of one axis alone."""
     rng, n, rate = np.random.default_rng(8), 20_000, 20.0
     time = np.arange(n) / rate
     visit = (time >= 300.0) & (time < 330.0)
@@ -256,7 +256,7 @@ def test_what_is_one_thing_has_one_label_on_all_axes():
 
 
 def test_what_comes_and_goes_with_one_rate_is_named_once():
-    """A vibration whose load swings on one axis, a noise level with that period on another."""
+    """A vibration whose load varies periodically on one axis, and a noise level with that period on another."""
     n, rate, apart = 120_000, 50.0, 0.31
     time = np.arange(n) / rate
     rng = np.random.default_rng(0)
@@ -275,7 +275,7 @@ def test_what_comes_and_goes_with_one_rate_is_named_once():
 
 
 def test_averaging_sensors_of_one_axis():
-    """Three gyroscopes with own noise 1, 1.4 and 1.8, and one vibration that all see at short times."""
+    """Three gyroscopes with own noise 1, 1.4 and 1.8, and a common vibration at short times."""
     rng = np.random.default_rng(16)
     n, rate = 20_000, 400.0
     shake = np.sin(2 * np.pi * 160.0 * np.arange(n) / rate) * 0.3

@@ -1,7 +1,7 @@
-"""Headers of more than fifty loggers with rows made by code: roles, units and rate are those that a person would read.
+"""Headers of more than fifty loggers with simulated rows: roles, units and rate are those that a person would read.
 
-Each case states the columns that are sensors with the unit that the file gives them (None: it gives none, so the program
-asks), the temperatures, the sampling rate that the file holds (None: it holds none), and what the caller has to add.
+Each case states the sensor columns with the unit that the file gives (None: the program asks), the temperatures, the
+sampling rate in the file (None: not there), and what the caller has to add.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ UNIX = 1_700_000_000
 
 @dataclass(frozen=True)
 class Case:
-    """One log, and what a person reads of it."""
+    """One log, and how a person reads it."""
 
     text: str
     sensors: dict
@@ -60,7 +60,7 @@ def cells(columns, form="{:.9g}"):
 
 
 def log(header, *columns, sep=",", end="\n", before=(), **more):
-    """The text of a log with a line of names; matrices stand for their columns."""
+    """Text of a log with a header; matrices stand for their columns."""
     flat = []
     for column in columns:
         flat += list(column.T) if isinstance(column, np.ndarray) and column.ndim == 2 else [column]

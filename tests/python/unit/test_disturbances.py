@@ -19,7 +19,7 @@ def _noise(seed: int) -> np.ndarray:
 
 
 def _walked(x: np.ndarray, start: float, end: float, seed: int) -> np.ndarray:
-    """A hand is no sine: steps of 1.9 Hz that hurry and tarry, and swings with them."""
+    """Irregular steps of about 1.9 Hz, because a hand is no sine, and swings with them."""
     rng = np.random.default_rng(seed)
     time = np.arange(N) / RATE
     phase = np.cumsum(2 * np.pi * (1.9 + 0.3 * rng.standard_normal(N)) / RATE)
@@ -53,7 +53,7 @@ def test_two_times_are_two_stretches():
 @pytest.mark.long
 @pytest.mark.parametrize("seed", range(3))
 def test_a_tap_is_no_resonance(seed):
-    """Samples that stand out side by side happened once, whatever rang; other seeds of taps are found as a stretch."""
+    """Neighboring outliers are one event, whatever rang; other seeds of taps are found as a segment."""
     rng = np.random.default_rng(seed)
     since = np.arange(N) / RATE - rng.uniform(400.0, 2000.0)
     ring = np.exp(-np.maximum(since, 0.0) / 0.5) * np.sin(2 * np.pi * 6.0 * since)
@@ -75,7 +75,7 @@ def test_a_value_that_stands_still_is_taken_out():
 
 
 def _held(x: np.ndarray, places: np.ndarray, seed: int) -> np.ndarray:
-    """A link that loses samples again and again: each loss repeats the last value 1 + Geometric(0.3) times."""
+    """A link that loses samples: each loss repeats the last value 1 + Geometric(0.3) times."""
     rng = np.random.default_rng(seed)
     for at in places:
         x[at : at + 2 + rng.geometric(0.3)] = x[at]
@@ -83,7 +83,7 @@ def _held(x: np.ndarray, places: np.ndarray, seed: int) -> np.ndarray:
 
 
 def test_the_longest_of_many_holds_is_no_event():
-    """Of 1000 holds, the longest has over 16 samples. A value that stands for 400 samples is none of them."""
+    """The longest of 1000 holds has over 16 samples. A value held for 400 samples is an event."""
     places = np.random.default_rng(8).integers(0, N - 100, 1000)
     x = _held(_noise(7), places, 9)
     kinds = [s.kind for s in al.fit_model(al.Recording(x, rate=RATE), MODEL).check().significant]
@@ -95,7 +95,7 @@ def test_the_longest_of_many_holds_is_no_event():
 
 
 def test_each_of_a_few_lost_links_is_one():
-    """Other values that stand for long do not make such a value usual."""
+    """A few long holds of other values do not make holds of this length usual."""
     x = _noise(10)
     for first in range(5_000, N, 12_000):
         x[first : first + 100] = x[first]
@@ -105,7 +105,7 @@ def test_each_of_a_few_lost_links_is_one():
 
 
 def test_samples_lost_to_zero_are_no_lag():
-    """Where the mean is far from 0, a lost sample that is written as 0 stands out, anywhere in the record."""
+    """If the mean is far from 0, a lost sample that is written as 0 is an outlier, anywhere in the record."""
     rng = np.random.default_rng(6)
     x = _noise(6) + 0.3
     for at in rng.integers(0, N, 30):
@@ -119,7 +119,7 @@ def test_samples_lost_to_zero_are_no_lag():
 
 @pytest.mark.long
 def test_a_stretch_that_is_taken_out_has_no_level():
-    """The end of a shaking is louder than the rest, not than the samples that are taken out."""
+    """The end of a shaking is louder than the rest, but not than the excluded samples."""
     from scipy.signal import butter, sosfilt
 
     for seed in range(4):
@@ -150,7 +150,7 @@ def _louder(x, time):
 
 
 def _ringing(x, time):
-    """A narrow band at all times swells and fades, as any of its kind."""
+    """A permanent narrow band, whose amplitude always varies."""
     from scipy.signal import lfilter
 
     e = 0.002 * np.random.default_rng(10).standard_normal(N)
@@ -167,7 +167,7 @@ def test_what_explains_the_stretch_is_left_in(other):
 
 
 def test_the_noise_alone_has_none():
-    """Two laws of the samples; one record in a thousand may have one (FALSE_ALARM 0.01 of ten families)."""
+    """Two distributions of the samples; one record in a thousand may have one (FALSE_ALARM 0.01 over ten families)."""
     for seed in range(4):
         x = _noise(seed)
         if seed % 2:
@@ -177,7 +177,7 @@ def test_the_noise_alone_has_none():
 
 
 def test_the_ends_of_a_filtered_record_are_none():
-    """Of white noise and a walk behind a decimator's taps the stop band holds what the ends of the transform leave."""
+    """Behind a decimator, the stop band holds only what the ends of the transform leave."""
     from scipy import signal
 
     taps = signal.firwin(32, 0.2)
@@ -209,7 +209,7 @@ def test_a_summary_has_no_samples_to_take_out():
 
 @pytest.mark.parametrize("seed", [0, 1, 3])
 def test_a_record_of_hardly_three_values_has_none(seed):
-    """What wanders below a step of three standard deviations is no louder stretch of it."""
+    """A walk below a step of three standard deviations is no louder segment."""
     x = _noise(seed) + 0.0006 * np.cumsum(np.random.default_rng(seed).standard_normal(N)) / 60.0
     check = al.fit_model(al.Recording(np.round(x / 0.06) * 0.06, rate=RATE), MODEL).check()
     assert not [s for s in check.significant if s.kind == "disturbance"], check
@@ -227,10 +227,10 @@ def test_a_coarse_record_that_was_carried_has_one():
 @pytest.mark.slow
 @pytest.mark.parametrize(("first", "last"), [(0.0, 30.0), (800.0, 860.0), (2340.0, 2400.0)])
 def test_a_strong_shaking_is_as_long_as_it_lasts(first, last):
-    """An octave cut out of the spectrum rings for a minute beside what is a thousand times as powerful.
+    """An octave filtered out of the spectrum rings for a minute after a thousand times its power.
 
-    Found is half a window of eight periods at most beyond either end, of the lowest octave that hears it end (0.6 Hz: 7 s);
-    and in the record without it nothing else.
+    Each end may be off by half a window of eight periods of the lowest octave that shows the end (0.6 Hz: 7 s). The
+    record without the shaking has no effect.
     """
     time = np.arange(N) / RATE
     x = _noise(11) + np.where((time >= first) & (time < last), np.sin(2 * np.pi * 1.9 * time), 0.0)
@@ -245,7 +245,7 @@ def test_a_strong_shaking_is_as_long_as_it_lasts(first, last):
 
 @pytest.mark.long
 def test_what_happened_in_a_stretch_that_is_taken_out_leaves():
-    """A warm-up, outliers and a stretch that were named before the whole stretch: each is nothing of what is left."""
+    """A warm-up, outliers and a segment were named before the whole segment, which then contains all of them."""
     time = np.arange(N) / RATE
     shaken = (time >= 700.0) & (time < 760.0)
     x = _noise(12) + np.where(shaken, np.random.default_rng(3).standard_normal(N), 0.0)
@@ -270,7 +270,7 @@ def test_what_happened_in_a_stretch_that_is_taken_out_leaves():
 
 
 def test_a_ramp_is_not_of_the_end_of_a_record():
-    """More than half of its squares are in the last fifth."""
+    """Although more than half of its energy is in the last fifth."""
     x = _noise(13) + 1e-4 * np.arange(N) / RATE
     fit = al.fit_model(al.Recording(x, rate=RATE), al.parse_model(MODEL) + al.RateRamp())
     found = with_addition(State.of(fit, 3), al.effects.Disturbance(start=1950.0, end=2400.0))

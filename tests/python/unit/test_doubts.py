@@ -32,7 +32,7 @@ def lag_and_ramp(seed):
 
 
 def test_a_curve_beyond_twice_its_scatter_is_not_adequate():
-    """One of 400 records of white noise: its Allan deviation is off by chance, and nothing else tells it."""
+    """One of 400 records of white noise: only its Allan deviation is off, by chance."""
     x = np.random.default_rng([57, 5]).standard_normal(4000)
     study = al.improve(al.Recording(x, 10.0), "N")
     assert study.check.adequate
@@ -47,7 +47,7 @@ def test_a_curve_beyond_twice_its_scatter_is_not_adequate():
 
 @pytest.mark.long
 def test_a_rise_of_half_an_hour_is_no_random_walk():
-    """Its walk of 5 °/h/√h is not measured as 87."""
+    """Its walk of 5 °/h/√h must not be measured as 87."""
     study = al.improve(slow_rise(), "N+B+K")
     assert study.adequate
     assert "transition" in {e.kind for e in study.fit.model}
@@ -58,7 +58,7 @@ def test_a_rise_of_half_an_hour_is_no_random_walk():
 @pytest.mark.long
 @pytest.mark.parametrize("seed", [0, 1, 3])
 def test_two_effects_in_the_place_of_one_are_named_with_their_weight(seed):
-    """Or they are the model."""
+    """They may also be the model itself."""
     study = al.improve(lag_and_ramp(seed), "N")
     if sorted(e.short for e in study.fit.model) == ["GM", "N", "R"]:
         return

@@ -44,7 +44,7 @@ def test_a_motor_that_warms_up_is_one_line(first, last):
 
 
 def test_its_intervals_hold_the_truth():
-    """24 records: each interval of 95 % misses at most 5 (more in 0.5 % of the cases)."""
+    """Of 24 records, each 95 % interval misses at most 5 (more in 0.5 % of the cases)."""
     truth = {"frequency": 12.3, "drift": 0.2 / T, "amplitude": 0.012}
     missed = dict.fromkeys(truth, 0)
     for seed in range(24):
@@ -77,7 +77,7 @@ def test_without_values_it_is_looked_for():
 
 @pytest.mark.parametrize("strength", [0.0, 18.0, 25.0])
 def test_a_search_finds_the_highest_of_all_rates_of_drift(strength):
-    """The rough heights first are those of all frequencies and half way between: the naive search looks at each."""
+    """The naive search computes all frequencies and those half way between for each rate of drift."""
     k = 256
     u = np.arange(k) / k
     for seed in range(20):
@@ -94,7 +94,7 @@ def test_a_search_finds_the_highest_of_all_rates_of_drift(strength):
 
 @pytest.mark.long
 def test_what_is_not_refitted_could_not_be_suggested(monkeypatch):
-    """Lines that drift, about as strong as is significant: the same with every search refitted."""
+    """Drifting lines near the limit of significance: refits of all searches change nothing."""
     n, rate = 20_000, 50.0
     u = np.arange(n) / n - 0.5
 

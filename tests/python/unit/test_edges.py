@@ -18,7 +18,7 @@ X = np.random.default_rng(3).standard_normal(2000)
 @pytest.mark.parametrize("scale", [1e-200, 1e-160, 1e-120, 1e120, 1e150])
 @pytest.mark.parametrize("kind", ["oadev", "mdev", "ohdev", "totdev"])
 def test_a_scale_is_kept_or_refused(kind, scale):
-    """Squares beyond doubles are 0 or infinite: either the number is right to 1e-9, or it is not given."""
+    """Squares beyond doubles are 0 or infinite: the result is right to 1e-9, or refused."""
     deviation = getattr(al, kind)
     one = deviation(X, factors=[1, 4, 16]).deviation
     try:
@@ -79,7 +79,7 @@ RAMPED = {
 @pytest.mark.skipif(np.finfo(np.longdouble).nmant < 63, reason="long doubles are doubles here")
 @pytest.mark.parametrize("name", RAMPED)
 def test_a_ramp_hides_no_noise(name, ramp):
-    """A million times the noise: exact to 1e-10 at the shortest τ."""
+    """With a ramp a million times the noise, the shortest τ is exact to 1e-10."""
     x, theta = ramp
     terms, divisor = RAMPED[name]
     found = getattr(al, name)(x, factors=[1, 2, 3]).deviation
@@ -116,7 +116,7 @@ for result in (fit, check):
 
 @pytest.mark.long
 def test_fits_are_the_same_bits_with_any_number_of_threads():
-    """The core has as many threads as there are processors, its pool and the linear algebra as many as are asked for."""
+    """The core's threads follow the processors; those of its pool and of the linear algebra follow the environment."""
     said = {
         subprocess.run(
             [sys.executable, "-c", SAME_BITS, str(processors)],
@@ -143,7 +143,7 @@ def _exact(angle, m, order):
 @pytest.mark.parametrize(("offset", "step"), [(1e6, 1e-3), (1e9, 1e-6), (-1e15, 3.0)])
 @pytest.mark.parametrize(("name", "order"), [("oadev", 2), ("ohdev", 3)])
 def test_angles_near_rounding(name, order, offset, step):
-    """Increments of a few units in the last place of the angle, whose differences a double holds exactly."""
+    """Increments of a few units in the last place of the angle, whose differences are exact in doubles."""
     angle = offset + np.cumsum(np.random.default_rng(1).standard_normal(1000) + 1.0) * step
     factors = [1, 2, 10, 100]
     found = getattr(al, name)(angle, rate=1.0, quantity="angle", factors=factors)

@@ -33,7 +33,7 @@ def test_without_the_first_and_last_sample_ordinates_are_independent():
 
 @pytest.mark.parametrize(("seed", "start"), [(0, "Q"), (1, "Q"), (2, "N+Q"), (3, "N+B+K+Q")])
 def test_a_counter_is_white_pm_alone(seed, start):
-    """Of four such records all had a warm-up, an excursion, a step or a high-pass, or a curve that does not agree."""
+    """All four such records once had a warm-up, an excursion, a step or a high-pass, or a curve that does not agree."""
     study = al.improve(_counter(seed, 20_000), start)
     assert study.fit.model.name == start
     assert study.adequate
@@ -42,7 +42,7 @@ def test_a_counter_is_white_pm_alone(seed, start):
 
 @pytest.mark.long
 def test_a_counter_is_found_from_nothing():
-    """Six of six ended with white PM and one to three effects that are not there, none of them adequate."""
+    """Six of six once ended with white PM and one to three false effects, none of them adequate."""
     for seed, n in ((0, 20_000), (1, 55_688)):
         study = al.improve(_counter(seed, n))
         assert study.fit.model.name == "N+B+K+Q"
@@ -60,7 +60,7 @@ BELOW = {
 @pytest.mark.long
 @pytest.mark.parametrize("kind", BELOW)
 def test_what_is_below_the_ends_is_found(kind):
-    """The step moves the phase by 2.4 of its standard deviations; the ends have the power of white noise of 1.4e-11."""
+    """The step moves the phase by 2.4 standard deviations; the ends have the power of white noise of 1.4e-11."""
     study = al.improve(_counter(4, 20_000, BELOW[kind]), "N+Q")
     assert kind in {e.kind for e in study.fit.model}
     assert study.adequate
@@ -75,13 +75,13 @@ def test_white_noise_as_large_as_the_ends_is_found():
 
 
 def test_beside_white_noise_every_sample_is_looked_at():
-    """From 0.03 of the rate down it is above the ends."""
+    """Below 0.03 of the rate, the white noise is above the power of the ends."""
     white = 2e-10 * np.random.default_rng(9).standard_normal(20_000)
     assert al.fit_model(_counter(6, 20_000, white), "N+Q").data.missing is None
 
 
 def _one(n, seed):
-    """Whether a check of the truth is adequate and raises nothing, and Q's interval has it."""
+    """(True if a check of the truth is adequate and suggests nothing, True if the interval covers Q)."""
     fit = al.fit_model(_counter(seed, n), "N+B+K+Q")
     check, (low, high) = fit.check(), fit["Q"].interval
     return check.adequate and not check.significant, low < Q < high

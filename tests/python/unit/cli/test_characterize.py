@@ -157,7 +157,7 @@ def test_what_a_target_has_no_place_for_is_refused_at_once(run, log, tmp_path):
 
 @pytest.fixture
 def two(tmp_path):
-    """A log of two axes, of which one has a line."""
+    """A log of two axes, one of which has a line."""
     t = np.arange(1000) / 10
     x = np.random.default_rng(3).standard_normal((t.size, 2))
     x[:, 1] += np.sin(2 * np.pi * 1.3 * t)
@@ -168,7 +168,7 @@ def two(tmp_path):
 
 @pytest.fixture
 def one_at_a_time(monkeypatch):
-    """Columns one after the other, whatever the machine."""
+    """Compute columns one after the other on every machine."""
     monkeypatch.setattr("allanite.common.threads.WORKERS", 1)
 
 

@@ -37,7 +37,7 @@ def test_nothing_speaks_to_the_terminal(run, log, command, form):
 
 
 def quiet(run, *words):
-    """What a command says, all of it in letters."""
+    """Output of a command, all lines of which must be printable."""
     code, out, err = run(*words)
     assert code == 0, err
     for line in (out + err).split("\n"):

@@ -68,7 +68,7 @@ def test_a_log_is_measured(tmp_path):
 
 @pytest.fixture
 def two(tmp_path):
-    """A log of two axes, and the files in which a fit and a characterisation keep their models."""
+    """A log of two axes, and the files with the models of a fit and of a characterization."""
     rng = np.random.default_rng(4)
     x = rng.standard_normal((4000, 2)) * [0.1, 0.3]
     log = al.Recording(x, rate=10, unit="deg/s", columns=["gx", "gy"])
@@ -124,7 +124,7 @@ def test_refusals():
 
 
 def test_an_effect_that_was_not_detected_counts_with_its_expected_size_and_its_limit(tmp_path):
-    """K with a limit: nothing as fitted would be too sure; 0.407 of the square of the limit is expected."""
+    """The fitted K of 0 would be overconfident; the expected square is 0.407 of that of the limit."""
     parameters = {"value": 0.0, "interval": [0.0, 1e-3], "unit": "rad/s/s^½", "detected": False}
     white = {"value": 1e-3, "interval": [0.9e-3, 1.1e-3], "unit": "rad/s·s^½", "detected": True}
     document = {
@@ -159,7 +159,7 @@ def simulated_channel(gyro, accel, g=9.80665, radius=6.371e6):
 
 
 def test_six_axes_together_swing_with_the_schuler_period(tmp_path):
-    """Position after 1000 s and 6000 s by steps of the equations; 400 runs know it to 3.5 %."""
+    """Position after 1000 s and 6000 s by integration of the equations; 400 runs have a standard error of 3.5 %."""
     gyro, accel = "N(N=1e-5)", "N(N=1e-3)"
     found = json.loads(
         run_six(tmp_path, gyro, accel, "--aided", "500", "--until", "6000", "--json").output

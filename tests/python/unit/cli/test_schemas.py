@@ -32,7 +32,7 @@ def folder(tmp_path_factory):
 
 @pytest.fixture
 def said(run):
-    """The document that a command writes, held against its schema."""
+    """Document that a command writes, after validation by its schema."""
 
     def call(*arguments):
         code, out, err = run(*arguments)
@@ -134,7 +134,7 @@ def test_compare(said, folder):
 
 
 def test_compare_with_a_data_sheet(said, folder, tmp_path):
-    """Of several items the deviations come last, under the sheet's schema."""
+    """With several items, the deviations come last, under the schema of the sheet."""
     sheet, log = tmp_path / "sheet.toml", folder / "two.csv"
     sheet.write_text("[figures]\nnoise_density = '1.02 deg/s/sqrt(Hz)'\n")
     asked = ("--datasheet", sheet, "--model=N", *READ)

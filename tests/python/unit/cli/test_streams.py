@@ -218,7 +218,7 @@ def test_whole_file_or_nothing(tmp_path):
 
 
 def test_an_interrupt_as_soon_as_the_draft_is_there_leaves_none(tmp_path, monkeypatch):
-    """It came between the file and its name becoming known, in one of thousands of runs."""
+    """In one of thousands of runs, it came after the creation of the file and before its name was known."""
     from allanite.common.files import whole_file
 
     close = os.close

@@ -10,7 +10,7 @@ from documents import valid
 
 @pytest.fixture
 def warm_up(tmp_path):
-    """A log of a gyroscope that follows its thermometer of whole degrees."""
+    """A log of a gyroscope that follows a thermometer with steps of whole degrees."""
     rng = np.random.default_rng(2)
     temp = 22.0 + 25.0 * (1.0 - np.exp(-np.arange(3000) / 600.0))
     x = 0.004 * temp + rng.normal(0.0, 0.01, temp.size)

@@ -205,7 +205,7 @@ def test_the_command_refuses_bad_options(run, tmp_path, options, words):
 
 
 def test_a_series_in_any_unit_needs_no_column(tmp_path, capsys):
-    """A header h [mm] states the unit; --unit mm repeats it. Both had been refused as no sensor."""
+    """A header h [mm] states the unit; --unit mm repeats it. Both were once refused."""
     from allanite.cli import main
 
     log = tmp_path / "height.csv"

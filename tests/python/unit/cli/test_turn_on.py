@@ -18,7 +18,7 @@ SIGMA, MEAN = 2e-3, 5e-3
 
 
 def logs(seed, count=8, slope=0.0, n=500):
-    """Short logs: the bias of each is drawn anew, and follows the temperature of its day."""
+    """Short logs with a random bias each, which also follows the temperature of its day."""
     rng = np.random.default_rng(seed)
     out = []
     for _ in range(count):
@@ -38,7 +38,7 @@ def found(given):
 
 @pytest.mark.slow
 def test_the_interval_of_the_spread_covers():
-    """95 % of 400: between 92 and 98 % but once in 300 (three deviations of 1.1 %)."""
+    """95 % of 400 lie between 92 and 98 %, except once in 300 (three standard errors of 1.1 %)."""
     inside = [
         low < SIGMA < high
         for low, high in (found(logs(seed, n=16)).interval for seed in range(400))
@@ -72,7 +72,7 @@ def documents(turn_on=True):
 
 
 def test_filters_get_the_initial_deviation():
-    """A filter that begins with a bias of 0: mean and spread of a gyroscope, the spread of an accelerometer."""
+    """For a filter that begins with a bias of 0: mean and spread of a gyroscope, but the spread of an accelerometer."""
     one = found(logs(1))
     spread = one.sigma * np.sqrt(1 + 1 / one.logs)
     whole = np.hypot(spread, one.mean)

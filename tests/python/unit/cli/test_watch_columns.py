@@ -179,7 +179,7 @@ def test_rows_are_split_as_the_reader_of_logs_splits_them(run, tmp_path, model, 
 
 
 def test_a_row_of_many_cells_is_said_in_one_line(run, tmp_path, model):
-    """As `ros2 topic echo --csv` prints them: the first that varies, of a list that is cut."""
+    """Rows as `ros2 topic echo --csv` prints them: the first column that varies is watched, and a cut list is printed."""
     rest = [np.zeros(200)] * 14 + [noise(200)] * 24
     log = written(tmp_path / "ros.csv", "", np.ones(200), *rest)
     code, out, err = run("watch", log, "--model", model)

@@ -107,7 +107,7 @@ def test_nothing_is_made_of_a_second_log_at_rest():
 
 
 def nees(white, walk, samples):
-    """Aided each second for 60 s, then 10 and 30 s of coasting: mean squared error over the predicted variance."""
+    """Mean squared error over predicted variance after 10 and 30 s of coasting; aided each second for 60 s before."""
     integrals = samples.reshape(len(samples), -1, RATE).sum(axis=2) / RATE
     F = np.array([[1.0, -1.0], [0.0, 1.0]])
     Q = np.array([[white**2 + walk**2 / 3, -(walk**2) / 2], [-(walk**2) / 2, walk**2]])
@@ -126,7 +126,7 @@ def nees(white, walk, samples):
 @pytest.mark.statistical
 @pytest.mark.parametrize("band", BANDS)
 def test_a_filter_with_the_file_is_consistent_at_work(band):
-    """NEES 0.8 to 1.2 over eight sensors; 400 segments know it to 7 % (one standard error of a mean square)."""
+    """NEES is 0.8 to 1.2 over eight sensors; 400 segments have a standard error of 7 %."""
     rng = np.random.default_rng(9)
     new = sensor(rng, 90 * RATE, 400) + vibration(rng, 90 * RATE, BANDS[band], 400)
     found, inside = [], 0

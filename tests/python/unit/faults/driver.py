@@ -52,7 +52,7 @@ def commanded(words):
 
 
 def forked(work, folder):
-    """What `work` returns, done by a fork: a signal or a hang is its own."""
+    """Return value of `work` in a fork, so that a signal or a hang only concerns the fork."""
     at = Path(folder) / "found.json"
     at.unlink(missing_ok=True)
     child = os.fork()
@@ -73,7 +73,7 @@ def forked(work, folder):
 
 
 def reads(names, folder):
-    """Name of a format → fault → what the library and a command said."""
+    """Name of a format → fault → messages of the library and of a command."""
     import run
     import targets
 
@@ -108,7 +108,7 @@ def _read(suffix, seeds, options, folder):
 
 
 def writes(_names, folder):
-    """Name of a writer → fault → what was said, and what lies in the folder afterwards."""
+    """Name of a writer → fault → message, and files in the folder afterwards."""
     from writers import writers
 
     draw_once()
@@ -126,7 +126,7 @@ def writes(_names, folder):
 
 
 def draw_once():
-    """Figures are not what is tried: of each kind one is drawn, which stands for all."""
+    """Draw one figure of each kind, because drawing is not tested here."""
     from allanite.plots import matplotlib_painter
 
     drawn, render = {}, matplotlib_painter.render

@@ -1,6 +1,6 @@
-"""A disk that fails, is full or is slow, and kill -9 while a file is written: of every reader and every writer.
+"""A disk that fails, is full or is slow, and kill -9 while a file is written, with every reader and writer.
 
-The faults are made by a small library that is preloaded (`faults.c`), which needs Linux and a C compiler.
+A small preloaded library (`faults.c`) makes the faults; it needs Linux and a C compiler.
 """
 
 import ast
@@ -37,7 +37,7 @@ WRITERS = named(HERE / "writers.py", r"\(")
 
 @pytest.fixture(scope="session")
 def driven(tmp_path_factory):
-    """What the driver found, run once for the readers and once for the writers."""
+    """Results of the driver, run once for the readers and once for the writers."""
     folder = tmp_path_factory.mktemp("faults")
     library = folder / "faults.so"
     subprocess.run([COMPILER, "-O1", "-shared", "-fPIC", "-o", library, HERE / "faults.c", "-ldl"], check=True)  # fmt: skip
@@ -105,7 +105,7 @@ def one_line(code, said):
 
 @pytest.mark.slow
 def test_everything_that_writes_is_whole():
-    """Files are opened for writing by `whole_file` alone; the others are temporary or say themselves what is lost."""
+    """Only `whole_file` opens files for writing; other files are temporary, or report what is lost."""
     known = {
         "cli/pipe.py", "cli/unexpected.py", "page/server.py", "readers/packed.py",
         "cli/output.py",  # standard output, or a draft under another name

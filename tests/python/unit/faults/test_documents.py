@@ -182,7 +182,7 @@ def test_cells_longer_than_the_limit_of_the_library_are_read(tmp_path):
 
 @pytest.mark.slow
 def test_a_parquet_table_is_read_in_a_child(tmp_path, monkeypatch):
-    """600 bytes that stand for 60 GB of text."""
+    """600 bytes that decompress to 60 GB of text."""
     pa, parquet = pytest.importorskip("pyarrow"), pytest.importorskip("pyarrow.parquet")
     rows = pa.array(np.zeros(200_000, np.int32))
     long = pa.DictionaryArray.from_arrays(rows, pa.array(["x" * 300_000]))
@@ -197,7 +197,7 @@ def test_a_parquet_table_is_read_in_a_child(tmp_path, monkeypatch):
 @pytest.mark.skipif(os.name != "posix", reason="limited the POSIX way")
 @pytest.mark.slow
 def test_a_large_log_is_no_list_of_logs(tmp_path):
-    """A fleet of one log reads its first line, not 3 GB, to learn whether it is a list."""
+    """To learn that a log is no list of logs, a fleet reads its first line, not 3 GB."""
     path = tmp_path / "x.csv"
     with path.open("wb") as file:
         file.truncate(3_000_000_000)
@@ -243,7 +243,7 @@ def test_a_day_that_no_date_has_is_one_line(tmp_path, day):
 
 @pytest.mark.parametrize("shape", ["(0, 1000000000000)", "(5, 10)", "(2**60, 2)", "(3,"])
 def test_an_array_read_in_chunks_with_another_shape_is_one_line(tmp_path, monkeypatch, shape, run):
-    """A log above the budget is read in chunks; its head may say anything."""
+    """A log above the budget is read in chunks, and its header may be wrong."""
     path = tmp_path / "x.npy"
     head = f"{{'descr': '<f8', 'fortran_order': False, 'shape': {shape}}}".ljust(117) + "\n"
     path.write_bytes(b"\x93NUMPY\x01\0" + (118).to_bytes(2, "little") + head.encode() + bytes(300))

@@ -52,7 +52,7 @@ if "allanite.scale.log_process" in " ".join(sys.orig_argv):
 
 @pytest.fixture
 def faults(tmp_path, monkeypatch):
-    """Processes that start from here on know the faults, and each log may take 1 GB."""
+    """Processes started from here on have the faults, and each log may take 1 GB."""
     folder = tmp_path / "site"
     folder.mkdir()
     (folder / "sitecustomize.py").write_text(FAULTS)
@@ -182,7 +182,7 @@ FORMAT = LogFormat("a format", read, suffixes=(".breath",))
 
 @pytest.mark.parametrize("what", ["effect", "format"])
 def test_an_extension_that_changes_changes_the_key(tmp_path, monkeypatch, what):
-    """The rows of an effect or a reader that was corrected were once taken from the journal."""
+    """After an effect or a reader was corrected, its old rows were once taken from the journal."""
     from importlib import import_module, reload
 
     from allanite.readers import FORMATS

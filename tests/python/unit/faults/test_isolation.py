@@ -160,7 +160,7 @@ def test_modules_of_the_working_folder_are_not_executed(call, tmp_path, monkeypa
 @posix
 @pytest.mark.skipif(sys.platform != "linux", reason="ulimit -v is Linux's")
 def test_a_limit_of_the_shell_stays_and_no_abort_follows(tmp_path):
-    """`ulimit -v` below the budget once was a ValueError; a thread on stdin once aborted the child after its success."""
+    """`ulimit -v` below the budget was once a ValueError, and a thread on stdin once aborted a successful child."""
     np.save(tmp_path / "x.npy", np.random.default_rng(1).standard_normal(500))
     code = (
         "import resource; resource.setrlimit(resource.RLIMIT_AS, (2 << 30, 2 << 30))\n"

@@ -53,7 +53,7 @@ def words(tmp_path):
 @pytest.mark.slow
 @pytest.mark.parametrize("name", WRITING)
 def test_a_file_that_cannot_grow_leaves_the_old_one(run, words, tmp_path, name):
-    """Nothing is written half: neither a draft nor a part of the file is left."""
+    """Neither a draft nor a part of the file is left."""
     arguments = words(WRITING[name])
     target = next(word for word in arguments if "/out/" in word)
     with open(target, "w", encoding="utf-8") as file:  # noqa: PTH123
@@ -107,7 +107,7 @@ def test_a_command_in_little_address_space(words, name):
 
 @pytest.mark.long
 def test_the_page_in_little_address_space(words):
-    """The child of the page reads the log, and the page ends as at any other time."""
+    """A child of the page reads the log, and the page ends normally."""
     for module in ("starlette", "uvicorn", "multipart"):
         pytest.importorskip(module)
     most = 800 << 20

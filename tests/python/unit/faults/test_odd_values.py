@@ -252,7 +252,7 @@ def test_a_model_string_longer_than_a_path_is_compared(tmp_path, capsys):
 
 
 def test_a_model_that_grew_beyond_the_limit_of_a_start_is_still_refitted():
-    """Stepwise building continues, and what it builds can be refitted after samples were excluded."""
+    """Stepwise building continues, and its models can be refitted after samples were excluded."""
     start = al.parse_model("+".join(MANY.split("+")[:64]))
     with pytest.raises(al.InputError, match="65 effects"):
         al.fit_model(al.Recording(X, rate=10.0, unit="deg/s"), start + al.effects.Quantization())

@@ -1,8 +1,8 @@
-"""No command and no page executes a file of the folder that a log lies in.
+"""No command and no page executes a file of the folder in which a log is.
 
 The folder holds a module of every name that Python or an installed package can import. Each leaves a mark when it is
-executed. Commands run the way the installed script runs them: Python puts the folder of the script first on its path,
-not the working directory.
+executed. Commands run like the installed script: Python puts the folder of the script first on its path, not the
+working directory.
 """
 
 import json
@@ -86,7 +86,7 @@ def test_every_command_is_run():
 
 
 def test_the_poison_works(poisoned):
-    """Python started in the folder as the package does not start it executes what lies there."""
+    """Python started in the folder in another way executes the modules."""
     subprocess.run([sys.executable, "-c", "import json"], cwd=poisoned.folder, check=False)
     assert poisoned.executed() == ["json"]
 
@@ -131,7 +131,7 @@ def test_watch(poisoned):
 
 
 def test_the_demo(poisoned):
-    """Everything is imported when the loop begins, which takes a minute."""
+    """Everything is imported before the loop begins, which takes a minute."""
     words, options = poisoned.command("demo", *RUNS["demo"])
     with subprocess.Popen(words, stdout=subprocess.PIPE, **options) as process:
         assert process.stdout.readline()
@@ -164,7 +164,7 @@ def test_a_format_that_a_library_reads(poisoned, log):
 @pytest.mark.long
 @pytest.mark.skipif(os.name != "posix", reason="ended by a signal")
 def test_the_page(poisoned):
-    """The page opens the log, and another tab opens one that is uploaded."""
+    """The page opens the log, and another tab opens an uploaded one."""
     pytest.importorskip("starlette")
     pytest.importorskip("uvicorn")
     pytest.importorskip("multipart")

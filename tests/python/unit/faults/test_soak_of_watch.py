@@ -1,4 +1,4 @@
-"""A watch beside a log that rotates, killed again and again, loses no row and counts none twice.
+"""A watch of a log that rotates, killed again and again, loses no row and counts none twice.
 
 ``ALLANITE_FULL=1`` takes all 10⁷ samples, some minutes of a processor.
 """
@@ -27,7 +27,7 @@ MODEL = "N(N=0.1)"
 
 
 class Soak:
-    """A log that grows, and the watch that never stopped, for comparison."""
+    """A log that grows, and an uninterrupted watch for comparison."""
 
     def __init__(self, folder):
         self.log, self.state, self.folder = folder / "log.csv", folder / "state", folder
@@ -36,7 +36,7 @@ class Soak:
         self.log.write_text("gx\n")
 
     def write(self):
-        """Append a block in two parts, cut anywhere, as a writer's buffer is."""
+        """Append a block in two parts with a random cut, as a buffered writer does."""
         rows = [f"{x:.6f}\n" for x in self.rng.standard_normal(BLOCK)]
         self.alone.update(np.array([float(row) for row in rows]))
         text, at = "".join(rows), int(self.rng.integers(1, 8 * BLOCK))
@@ -47,7 +47,7 @@ class Soak:
         self.blocks += 1
 
     def rotate(self, process):
-        """Rename the log once the watch has it open; a rotation while nobody reads may lose rows."""
+        """Rename the log once the watch has it open, because a rotation while nobody reads may lose rows."""
         handles = Path(f"/proc/{process.pid}/fd")
         if handles.is_dir():
             until(lambda: any(one.resolve() == self.log for one in handles.iterdir()))

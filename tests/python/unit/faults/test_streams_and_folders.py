@@ -114,9 +114,9 @@ def test_bare_environments(log, tmp_path):
 
 @pytest.mark.slow
 def test_a_folder_that_may_not_be_written():
-    """Root writes everywhere: it becomes another user, who may not read the library any more.
+    """Root can write everywhere, so it becomes another user, who cannot read the library.
 
-    So the same command runs once before, into a folder of its own: all that it needs is imported then.
+    Therefore the same command runs once before, in its own folder, and imports everything that it needs.
     """
     code = """
 import contextlib, os, pathlib, sys, tempfile
@@ -179,7 +179,7 @@ main()
 
 
 def test_a_core_that_is_missing_is_one_line():
-    """The file that an unexpected error is reported with named the core's version, for which it asked the core."""
+    """The report of an unexpected error named the core's version, for which it asked the missing core."""
     code = "import sys; sys.modules['allanite._core'] = None\n" + CODE
     got = command("fit", "x.csv", code=code)
     one_line(got, 70, "an internal error of allanite", "allanite._core")

@@ -171,7 +171,7 @@ def test_holes_and_counts(tmp_path, forked, monkeypatch, name):
 
 
 def test_a_compressed_file_within_another_is_refused(tmp_path):
-    """A chain of them was unpacked to its end, and each of a thousand files may be as large as the budget."""
+    """A chain of them was decompressed to its end, and each of a thousand files may be as large as the budget."""
     import gzip
 
     text = "gx\n" + "\n".join(map(str, X))
@@ -207,7 +207,7 @@ def test_text_that_needs_more_than_the_budget(tmp_path, monkeypatch):
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", ["parquet", "feather"])
 def test_columns_of_text_and_lists_are_not_read(tmp_path, forked, monkeypatch, kind):
-    """750 bytes once grew beyond 3 GB, for a column that nobody asked for."""
+    """750 bytes once grew beyond 3 GB, for a column that was not requested."""
     pa = pytest.importorskip("pyarrow")
     from pyarrow import feather, parquet
 

@@ -132,7 +132,7 @@ def test_an_address_in_use_is_said(run):
 
 @posix
 def test_files_that_cannot_be_written_are_refused_before_the_first_row(run, tmp_path):
-    """The state was once missed after a minute of samples, and a pipe was waited for."""
+    """A missing state file was once noticed after a minute of samples, and a pipe was waited for."""
     os.mkfifo(tmp_path / "pipe")
     for option in ("--state", "--prometheus"):
         path = tmp_path / "nowhere" / "file"
