@@ -131,7 +131,7 @@ def test_bad_input_is_one_line(recordings, model, said):
 
 @pytest.mark.statistical
 def test_healthy_units_are_not_named_and_a_deviating_one_is():
-    """Spread of 5 %. With a rate of 1 %, two of 24 healthy units are named with 2.4 %. All four deviating ones are named."""
+    """Spread of 5 %. With a rate of 1 %, two of 24 healthy units are named with 2.4 %. All four deviating ones are."""
     healthy, named = 0, 0
     for seed in range(6):
         rng = np.random.default_rng([seed, 11])
