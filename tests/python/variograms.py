@@ -29,7 +29,7 @@ def variogram(term, count):
 
 
 def summed(g):
-    """The kernel, even in h, whose second difference is `g`."""
+    """The kernel, even in h, with the second difference `g`."""
     first = np.concatenate([[0], [g[0] / 2], g[0] / 2 + np.cumsum(g[1:-1])])
     return np.cumsum(first)
 

@@ -22,7 +22,7 @@ def _quiet(rng, n, rate):
 
 @pytest.mark.long
 def test_a_disturbance_of_minutes_is_one_event():
-    """5 mg for 400 s, half an hour at 20 Hz: both times to a tenth of a second, nothing else invented."""
+    """5 mg for 400 s, half an hour at 20 Hz: both times to a tenth of a second, and no other effect."""
     rate, n = 20.0, 36_000
     rng = np.random.default_rng([0, 5])
     time = np.arange(n) / rate
@@ -76,7 +76,7 @@ def test_each_is_named_and_measured(kind):
 
 @pytest.mark.statistical
 def test_nothing_comes_back_where_nothing_left():
-    """12 nulls of 20 min; at 1 % a check one raises anything in 11 %, two in 0.6 %."""
+    """12 records without events: with 1 % of false alarms, one has any in 11 %, two in 0.6 %."""
     rate, n = 10.0, 12_000
     raised = 0
     for seed in range(12):
@@ -103,7 +103,7 @@ def _stretch(time, start, end, height):
 
 @pytest.mark.long
 def test_short_excursions_are_not_hidden_by_a_step_elsewhere():
-    """Someone leans on the bench twice and a bond gives way in between: no edge of either visit is the best single step."""
+    """Someone leans on the bench twice, with a step in between, so that no edge of either visit is the best single step."""
     rate, n = 20.0, 40_000
     rng = np.random.default_rng([2, 77])
     time = np.arange(n) / rate
@@ -178,7 +178,7 @@ def test_the_best_transition_is_the_best_of_all_pairs(size, others, seed):
 
 @pytest.mark.parametrize("seed", range(3))
 def test_a_slow_change_of_level_is_no_walk_and_no_step(seed):
-    """A rise of 20 minutes in six hours beside a weak walk: one transition, and the walk is not the rise."""
+    """A rise of 20 minutes in six hours with a weak walk: one transition, and K is not that of the rise."""
     n, rng = 21_600, np.random.default_rng([seed, 31])
     time = np.arange(float(n))
     rise = 2e-3 * np.clip((time - 12_000.0) / 1200.0, 0.0, 1.0)
@@ -196,7 +196,7 @@ def test_a_slow_change_of_level_is_no_walk_and_no_step(seed):
 
 @pytest.mark.parametrize(("term", "lasts"), [("EXC", False), ("RISE", True)])
 def test_two_unknown_times_are_found_without_a_start_value(term, lasts):
-    """A pair of two of a thousand times: a grid of all pairs would take 32 GB."""
+    """Pairs of a thousand times: a grid of all pairs would take 32 GB."""
     rate, n = 10.0, 20_000
     time = np.arange(n) / rate
     change = (
@@ -223,7 +223,7 @@ def test_a_jump_whose_time_may_be_outside_the_record_is_not_placed(time, deviati
 
 @pytest.mark.parametrize(("begin", "placed"), [(5000.0, True), (9700.0, False)])
 def test_a_transition_that_may_end_after_the_record_is_not_placed(begin, placed):
-    """A rise of 1 in 270 s, in noise of density 4: its ends are known to about √(4 · 270) · 2 s, at mid-record."""
+    """A rise of 1 in 270 s, in noise of density 4: the standard error of its ends is √(4 · 270) · 2 s, at mid-record."""
     n, rng = 10_000, np.random.default_rng(0)
     rise = np.clip((np.arange(n) - begin) / 270.0, 0.0, 1.0)
     fit = al.fit_model(al.Recording(rng.standard_normal(n) * 2.0 + rise, 1.0), "N+RISE")
@@ -232,7 +232,7 @@ def test_a_transition_that_may_end_after_the_record_is_not_placed(begin, placed)
 
 @pytest.mark.parametrize("seed", range(3))
 def test_a_decay_of_seconds_is_one_transient(seed):
-    """After a restart the sensor settles in 5 s of a record of two hours: no step, and no ramps that cancel."""
+    """After a restart, the sensor settles in 5 s of a record of two hours: no step, and no ramps that cancel."""
     rate, n = 5.0, 40_000
     rng = np.random.default_rng([seed, 21])
     x = g.white(rng, n, rate, 0.0028) + g.walk(rng, n, rate, 2e-4)

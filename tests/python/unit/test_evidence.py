@@ -24,7 +24,7 @@ def _recording(seed, *more):
 
 
 def _unit_times_second(fit, place):
-    """ln of the mean likelihood over the logarithm of a coefficient, others at their best, less that at its best."""
+    """ln of the mean likelihood over the logarithm of a coefficient, with the others at their best, minus the best ln."""
     solution = fit.solution
     own = solution.processes[place].power
     rest = solution.spectrum - own
@@ -140,7 +140,7 @@ def test_an_error_at_short_times_is_not_excused_by_chance_at_long_ones():
 
 @pytest.mark.parametrize("seed", [0, 1])
 def test_a_high_pass_without_a_pass_band_stands_for_no_phase_noise(seed):
-    """Phase noise that is slightly blue: a high-pass at a quarter of the rate is 20 nats better, and no filter."""
+    """For slightly blue phase noise, a high-pass at a quarter of the rate is 20 nats better, but it filters nothing."""
     rng = np.random.default_rng(seed)
     phase = rng.standard_normal(5001)
     phase[1:] -= 0.15 * phase[:-1]

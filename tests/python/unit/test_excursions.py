@@ -11,7 +11,7 @@ VISITS = [(300.0, 340.0, 0.02), (1210.0, 1235.0, -0.03), (2500.0, 2580.0, 0.015)
 
 
 def away(seed, visits):
-    """White noise and a random walk, and a bias that is elsewhere at times."""
+    """White noise and a random walk, and a bias that changes temporarily."""
     rng = np.random.default_rng(seed)
     x = g.white(rng, N, RATE, 0.01) + g.walk(rng, N, RATE, 1e-5)
     time = np.arange(N) / RATE
@@ -44,7 +44,7 @@ def test_several_excursions_are_one_effect_found_at_once(seed):
 @pytest.mark.long
 @pytest.mark.parametrize("seed", [0, 1])
 def test_excursions_that_are_weak_one_by_one_are_found_together(seed):
-    """Each raises logL by about 14, which a search of all times does by chance; flicker noise takes their power."""
+    """Each raises logL by about 14, as chance does in a search of all times; flicker noise takes their power."""
     rng, rate, n = np.random.default_rng([seed, 3]), 100.0, 30_000
     starts = (30.0, 95.0, 170.0, 241.0)
     x = g.white(rng, n, rate, 0.01) + g.flicker(rng, n, rate, 2e-3)
@@ -125,7 +125,7 @@ def test_one_within_another_that_takes_it_back_is_two():
 
 @pytest.mark.parametrize("seed", [15, 38, 44, 56])
 def test_a_few_samples_of_a_heavy_tail_are_none(seed):
-    """The mean of 18 to 56 samples of t(5) was called one in these four of sixty records."""
+    """In these four of sixty records, the mean of 18 to 56 samples of t(5) was once called one."""
     samples = np.random.default_rng([seed, 77]).standard_t(5, 20_000)
     check = al.parse_model("N").fit(al.Recording(samples, rate=50.0)).check()
     assert "excursion" not in {s.kind for s in check.significant}

@@ -9,7 +9,7 @@ import generators as g
 
 @pytest.mark.parametrize("exponent", [-1.4, -0.7])
 def test_the_interval_of_an_exponent_excludes_what_the_record_refutes(exponent):
-    """Every exponent inside loses little logL, and what lies well outside loses much."""
+    """Exponents inside the interval lose little logL, and exponents well outside lose much."""
     rng = np.random.default_rng([3, 55])
     n, rate = 12_000, 10.0
     x = g.white(rng, n, rate, 0.01) + g.power_law(rng, n, rate, exponent, 2e-2)

@@ -38,7 +38,7 @@ def document_of(column, unit):
 
 
 def numbers(text):
-    """The lines of a file without its comments, which name the source."""
+    """Lines of a file without its comments, which name the source."""
     return [line for line in text.splitlines() if line[:1] not in ("#", " ")]
 
 

@@ -259,7 +259,7 @@ def test_a_state_space_has_the_parameters_of_known_functions():
 
 
 def test_two_imus_are_two_files(tmp_path, capsys):
-    """Columns of each IMU share a stem; the first gyroscope goes with the first accelerometer."""
+    """Columns of each IMU share a stem; the first gyroscope belongs to the first accelerometer."""
     columns = []
     for imu, N in (("a", 1e-3), ("b", 2e-3)):
         for axis in "xyz":

@@ -1,7 +1,7 @@
-"""Each file, read back as its consumer reads it, and carried through the consumer's own update, scalar by scalar.
+"""Each file is read as its consumer reads it, and propagated through a copy of the consumer's update.
 
-The updates are written from the sources at the commits named; a filter's covariance or a simulator's samples after 1, 10
-and 100 s must have the variance of the model: N²t + K²t³/3 for the angle when the bias is known at the beginning.
+The updates follow the sources at the named commits. A filter's covariance or a simulator's samples after 1, 10 and 100
+s must have the variance of the model: N²t + K²t³/3 for the angle if the bias is known at the beginning.
 """
 
 import json
@@ -41,7 +41,7 @@ def expected(t, n=N, k=K):
 
 
 def propagate(dt, step_white, step_bias, times=TIMES, phi=1.0, start=0.0):
-    """Variance of an angle that integrates a bias: P ← F P Fᵀ + diag(white, bias), a step of dt."""
+    """Variance of an angle that integrates a bias: P ← F P Fᵀ + diag(white, bias) for each step dt."""
     F = np.array([[1.0, dt], [0.0, phi]])
     P = np.diag([0.0, start])
     out, done = [], 0
@@ -137,7 +137,7 @@ def test_ardupilot():
 
 
 def walk_of(rng, runs, steps, sd):
-    """Integrals of a bias that steps by sd, before each step."""
+    """Integrals of a bias that changes by sd per step, before each step."""
     steps_ = sd * rng.standard_normal((runs, steps))
     return np.cumsum(steps_, axis=1) - steps_
 
@@ -176,7 +176,7 @@ def test_gazebo():
 
 
 def lag_variance(q, T, n=N):
-    """∫∫ of a Gauss-Markov process begun at 0, and the white part."""
+    """∫∫ of the covariance of a Gauss-Markov process that starts at 0, plus the white part."""
     t = np.array(TIMES)
     grown = t - 2 * T * (1 - np.exp(-t / T)) + T / 2 * (1 - np.exp(-2 * t / T))
     return n**2 * t + q**2 * T**2 * grown
@@ -391,7 +391,7 @@ def test_the_flicker_noise_of_matlab_through_its_published_filter():
 
 
 def test_kimera():
-    """ImuFrontend.cpp of 31ec188: densities squared into GTSAM's covariances, dt added by its preintegration."""
+    """ImuFrontend.cpp of 31ec188: squares of the densities for GTSAM, whose preintegration multiplies by dt."""
     text = al.export(axes(), "kimera", RATE)
     assert text.startswith("%YAML:1.0\n")
     n, k = (number(text, f"gyroscope_{key}") for key in ("noise_density", "random_walk"))
@@ -544,7 +544,7 @@ def test_carla():
 
 
 def test_isaac_lab():
-    """noise_model.py (046b71b): std·randn a sample; a bias that "abs" draws at each reset."""
+    """noise_model.py (046b71b): std·randn for a sample, and a bias that "abs" draws at each reset."""
     q, T = 3e-4, 30.0
     text = al.export(axes(gyro=f"N(N={N})+GM(q_c={q},T={T})"), "isaaclab", RATE)
     noise = SimpleNamespace(

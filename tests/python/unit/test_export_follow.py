@@ -34,7 +34,7 @@ def written(model, horizon=None, **how):
 
 
 def covariance(lag, walk, count):
-    """Of the samples at 1 Hz: white noise, a first-order lag and a random walk."""
+    """Covariance of samples at 1 Hz: white noise, a first-order lag and a random walk."""
     q_c, T = lag
     k = np.arange(count)
     apart = np.abs(np.subtract.outer(k, k))

@@ -26,7 +26,7 @@ def walk_of(text):
 
 
 def unwrapped(text):
-    """The file with each wrapped comment line in one line."""
+    """Text of a file with each wrapped comment on one line."""
     return re.sub(r"\n(#|//|%|  ) {5,}", " ", text)
 
 
@@ -206,7 +206,7 @@ def test_a_state_space_has_the_fitted_value_of_what_is_not_detected():
 
 
 def fitted(model, **rivals):
-    """A document of a model with intervals of 10 %, and the intervals of its coefficients over other models."""
+    """Document of a model with intervals of 10 %, and `rivals` as the intervals over other models."""
     found = document("gyro_x", model)
     found["schema"] = "allanite/fit/1"
     for effect in found["effects"]:
@@ -256,9 +256,9 @@ def test_an_overbound_covers_the_loudest_stretch():
 
 
 def test_an_overbound_of_a_power_law_is_near_its_density():
-    """The interval of an exponent reached to the end of its range, -2.95: the overbound was 85 times too large.
+    """When the interval of the exponent reached the end of its range, -2.95, the overbound was 85 times too large.
 
-    Level and exponent at their limits together stand for less than three times the deviation at the horizon.
+    Level and exponent at their common limits give less than three times the deviation at the horizon.
     """
     rng, n, rate, density, level, exponent = np.random.default_rng(5), 12_000, 10.0, 0.01, 4e-3, 1.4
     k = np.arange(1, 4 * n)

@@ -21,7 +21,7 @@ from allanite.cli import main
 
 @dataclass(frozen=True)
 class Row:
-    """A file and what must come out of it: used columns with units, rate in Hz, options, words that must be said."""
+    """A file and the expected result: used columns with units, rate in Hz, options, words that must be printed."""
 
     file: str
     columns: dict[str, str | None]

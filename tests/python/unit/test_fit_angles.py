@@ -7,7 +7,7 @@ import allanite as al
 
 
 def test_outliers_of_angle_samples():
-    """A rate that spikes three times, integrated to an angle: N is that of the noise once the spikes are named."""
+    """A rate with three spikes, integrated to an angle: N is that of the noise once the spikes are named."""
     rng = np.random.default_rng(8)
     rate, n = 10.0, 4001
     increments = 0.1 * np.sqrt(rate) * rng.standard_normal(n - 1) / rate

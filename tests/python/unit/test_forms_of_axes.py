@@ -83,7 +83,7 @@ def test_what_one_axis_alone_has_is_not_said_of_all():
 
 
 def test_a_weak_axis_does_not_contradict():
-    """K of two axes is below what the third, five times as noisy, can tell; agreement is that of the two."""
+    """The third axis, ten times as noisy, cannot show the K of the other two, which must agree with each other."""
     truths = ["N(N=0.01)+K(K=5e-4)"] * 2 + ["N(N=0.1)+K(K=5e-4)"]
     fits = fits_of(truths, ["N+K"] * 3)
     assert [fit["K"].detected for fit in fits.values()] == [True, True, False]
@@ -106,7 +106,7 @@ def test_an_axis_with_a_limit_below_the_others_contradicts():
 
 
 def test_a_filter_is_of_all_axes_where_none_contradicts():
-    """The third axis has none in its model: it has no filter, or a walk hides what would show it."""
+    """The model of the third axis has no filter, because the axis has none or because a walk hides it."""
     passed = "N(N=0.01)+BW(f=1.5,order=1)"
     form = common_form(fits_of([passed] * 2 + ["N(N=0.01)"], ["N+BW", "N+BW", "N"]))
     assert form.model == "N"
@@ -118,7 +118,7 @@ def test_a_filter_is_of_all_axes_where_none_contradicts():
 
 
 def test_an_axis_that_is_not_explained_vouches_for_nothing():
-    """The third axis passed the filter, and its model, without one, fails."""
+    """The third axis has a filter, but its model has none and fails."""
     passed = "N(N=0.01)+BW(f=1.5,order=1)"
     fits = fits_of([passed] * 3, ["N+BW", "N+BW", "N"])
     assert not fits["gyro_z"].adequate

@@ -105,8 +105,8 @@ def test_bands_meet_where_the_law_takes_over():
 def test_published_degrees_of_freedom():
     """NIST SP 1065 by simulation: 4000 records of 1000 samples gave 662, 141.8, 13.06 (white), 809 (flicker, m = 1).
 
-    The closed formula of Greenhall gives 782 for white noise at m = 1, Stable32's interval rests on it; exact are
-    999²/(999 + 998/2) = 666.2 for 999 differences. 4000 records know a variance of a variance to 2.3 %.
+    Greenhall's closed formula, which Stable32 uses, gives 782 for white noise at m = 1; exact are 999²/(999 + 998/2) =
+    666.2 for 999 differences. The standard error of a variance of a variance from 4000 records is 2.3 %.
     """
     edf = degrees_of_freedom(UNITS[0], 1000, [1, 10, 100])
     np.testing.assert_allclose(edf, [662, 141.8, 13.06], rtol=0.07)

@@ -11,7 +11,7 @@ RATE, N = 100.0, 20_000
 
 
 def noise(kind, n, seed):
-    """Samples of variance 1 and that kind of marginal."""
+    """Samples of variance 1 with that marginal distribution."""
     rng = np.random.default_rng(seed)
     if kind == "laplace":
         return rng.laplace(size=n) / np.sqrt(2.0)
@@ -45,7 +45,7 @@ SKEWED = {
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", SKEWED)
 def test_the_long_tail_of_a_skewed_law_has_no_outliers(kind):
-    """Four records; of true noise one in a hundred has an outlier."""
+    """Four records; one in a hundred records of true noise has an outlier."""
     for seed in range(4):
         samples = SKEWED[kind](np.random.default_rng([seed, 6]), N)
         check = al.parse_model("N").fit(al.Recording(samples, rate=RATE)).check()
@@ -63,7 +63,7 @@ def test_wrong_samples_on_the_short_side_of_a_skewed_law_are_outliers():
 
 @pytest.mark.parametrize("kind", ["3", "10", "laplace"])
 def test_the_interval_is_as_wide_as_the_tails_ask(kind):
-    """Against what a normal sample has, √((κ − 1)/2): κ = 4 of t (10), 6 of Laplace; t (3) has none, but more."""
+    """Relative to a normal sample: √((κ − 1)/2) with κ = 4 for t (10) and 6 for Laplace; more for t (3), which has no κ."""
     fit = al.parse_model("N").fit(al.Recording(noise(kind, N, 3), rate=RATE))
     low, high = fit["N"].interval
     plain = 2 * 1.96 / np.sqrt(2.0 * N)
@@ -113,7 +113,7 @@ def test_the_limit_is_what_the_tail_reaches():
 
 
 def test_many_equal_largest_values_make_no_law():
-    """A third of the samples is where the range ends; what is far beyond it is still an outlier."""
+    """A third of the samples is clipped; what is far beyond the range is still an outlier."""
     sizes = np.minimum(np.abs(noise("1e6", N, 2)), 1.0)
     assert outlier_limit(sizes, 0.01 / N) > 1.0
     sizes[:3] = 30.0
@@ -122,7 +122,7 @@ def test_many_equal_largest_values_make_no_law():
 
 @pytest.mark.parametrize("freedom", [3.0, 5.0])
 def test_the_law_of_a_sum_of_squares(freedom):
-    """Against 600 drawn records: quantiles of 2.5 % are known to a tenth of their distance from 1."""
+    """Against 600 simulated records, which give the 2.5 % quantiles to a tenth of their distance from 1."""
     rng = np.random.default_rng(0)
     samples = rng.standard_t(freedom, (600, 5000))
     drawn = (samples**2).mean(axis=1) * (freedom - 2.0) / freedom

@@ -36,7 +36,7 @@ def named(name):
 
 
 class Page(HTMLParser):
-    """Tags and texts of a page, as a browser's parser splits them."""
+    """Tags and texts of a page, as a browser's parser separates them."""
 
     def __init__(self):
         super().__init__()
@@ -107,7 +107,7 @@ def exported(name, target):
 
 
 def matlab(text):
-    """What MATLAB makes of a script, without comments; a character that begins no token is an error there."""
+    """Code of a MATLAB script without comments; raises an error for a character that begins no token."""
     token = re.compile(
         r"(%[^\n]*|\.\.\.[^\n]*)|('(?:[^'\n]|'')*'|[\d.]+(?:e[-+]?\d+)?|\w+|[=(),;.\n\[\]])|[ \t]+"
     )
@@ -160,7 +160,7 @@ def test_exports_by_the_parser_of_their_target(name, target):
 @pytest.mark.long
 @pytest.mark.browser
 def test_reports_in_a_browser(tmp_path):
-    """As a browser parses and runs it: nothing asked for, nothing opened, and the name is to be read."""
+    """The browser requests and opens nothing, and the name is readable."""
     happened = []
     with launched("chromium") as browser:
         tab = browser.new_page()

@@ -19,7 +19,7 @@ def _study(rng, hump):
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(3))
 def test_a_hump_of_the_temperature_is_no_random_walk(seed):
-    """ΔlogL is (height/B)²/2 = 72 in flicker noise. Height and time are known to B/√2·1.4 and width/12, three of each."""
+    """ΔlogL is (height/B)²/2 = 72 in flicker noise. The standard errors are B/√2·1.4 and width/12; three of each."""
     study = _study(
         np.random.default_rng(seed), 12.0 * B * np.exp(-0.5 * ((TIME - 5200.0) / 400.0) ** 2)
     )

@@ -1,7 +1,7 @@
-"""Ctrl-C ends a call into the core within a second, whatever it is doing.
+"""Ctrl-C ends any call into the core within a second.
 
-A busy machine is slow: what counts is the processor time that the process takes from the signal on, in all of its threads.
-Each call would take minutes.
+The processor time of all threads from the signal on counts, because a busy machine is slow. Each call would take
+minutes.
 """
 
 import signal

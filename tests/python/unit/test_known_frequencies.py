@@ -12,7 +12,7 @@ DAY = 86400.0
 
 @pytest.mark.parametrize("seed", range(2))
 def test_an_annual_line_is_found_beside_flicker(seed):
-    """17 years of daily heights: the line has about 15 of logL, little for a search of all frequencies."""
+    """In 17 years of daily heights, the line has about 15 of logL, which is little for a search of all frequencies."""
     n, rng = 6236, np.random.default_rng([seed, 17])
     x = g.flicker(rng, n, 1.0 / DAY, 3.0) + 3.5 * rng.standard_normal(n)
     x += 2.7 * np.cos(2.0 * np.pi * np.arange(n) / 365.2422 + 1.0)
@@ -24,7 +24,7 @@ def test_an_annual_line_is_found_beside_flicker(seed):
 @pytest.mark.slow
 @pytest.mark.parametrize("days", [2.6, 3.0])
 def test_a_few_days_show_the_day_and_its_half(days):
-    """Other lines need four periods, since fewer are a drift. Amplitudes are known to √(S/T), 0.02 of the first."""
+    """Other lines need four periods, since fewer are a drift. Amplitudes have the error √(S/T), 0.02 of the first."""
     rng, rate = np.random.default_rng(3), 0.02
     n = round(days * DAY * rate)
     turn = 2.0 * np.pi * np.arange(n) / rate / DAY
@@ -53,7 +53,7 @@ def test_a_known_line_pays_less_and_another_hardly_more():
 
 
 def test_a_frequency_that_may_be_anywhere_takes_no_share_of_the_others():
-    """0.2 % of 50 Hz are 0.1 Hz: wider than all frequencies of samples each 25 s, in which the day is still known."""
+    """0.2 % of 50 Hz are 0.1 Hz, wider than the whole spectrum of samples each 25 s; the day is still a known frequency."""
     n, rate = 30_000, 0.04
     day, beside = (expected_line_gain(f * n / rate, n, rate) for f in (1.0 / DAY, 0.0031))
     assert day > 3.0
@@ -61,7 +61,7 @@ def test_a_frequency_that_may_be_anywhere_takes_no_share_of_the_others():
 
 
 def test_the_shares_of_all_frequencies_add_up_to_one():
-    """The search of W independent frequencies has W/trials of its false alarms at each: together all of them."""
+    """Each of W independent frequencies has W/trials of the false alarms of the search."""
     n, rate = 200_000, 110.0
     cycles = np.arange(1.0, 0.5 * n, 0.25)
     total = 0.25 * np.sqrt(np.pi / 3.0) * np.sum(1.0 / trials_at(cycles, n, rate))
@@ -70,6 +70,6 @@ def test_the_shares_of_all_frequencies_add_up_to_one():
 
 @pytest.mark.parametrize(("cycles", "gains"), [(17.07, True), (23.0, False)])
 def test_only_a_line_at_a_known_frequency_costs_less(cycles, gains):
-    """17 years of daily values: the year has 17.07 cycles. It is also the alias of the sidereal day: two of nine shares."""
+    """17 years of daily values: a year has 17.07 cycles, and is the alias of the sidereal day, too: two of nine shares."""
     gain = expected_line_gain(cycles, 6236, 1.0 / DAY)
     assert gain == pytest.approx(3.7, abs=0.1) if gains else gain == 0.0

@@ -30,7 +30,7 @@ TIME = np.arange(N) / RATE
 
 @dataclass(frozen=True)
 class Hum(Periodic):
-    """A line that no catalogue knows."""
+    """A line that is not in the catalog."""
 
     strength: float | None = None
     angle: float | None = None
@@ -63,7 +63,7 @@ def recording():
 
 
 def test_a_periodic_effect_of_ones_own_is_fitted_like_the_sinusoid(recording):
-    """Frequency found, slow effects beside it, error, predictive score: all as of `SIN`."""
+    """Frequency, slow effects in the same model, error and predictive score are those of `SIN`."""
     others = al.parse_model("N+COV(column=temperature)+STEP(t=200!)")
     mine, known = ((others + e).fit(recording) for e in (Hum(), al.Sinusoid()))
     assert mine.solution.log_likelihood == known.solution.log_likelihood
@@ -116,7 +116,7 @@ def test_documents_are_plain(recording):
 
 
 def test_a_matched_filter_counts_what_a_function_adds_to_those_beside_it():
-    """½z² with the amplitudes of the others free is the gain of the regression on all less that on the others."""
+    """½z² with free amplitudes of the others is the gain of the regression on all minus that on the others."""
     rng = np.random.default_rng(2)
     samples = white(rng, N, RATE, 0.1) + 1e-3 * TIME
     fit = al.fit_model(al.Recording(samples, rate=RATE), "N+WARM(T=60)+STEP(time=150)")
@@ -144,7 +144,7 @@ def test_a_matched_filter_counts_what_a_function_adds_to_those_beside_it():
 
 
 def test_designs_at_their_own_ordinates_are_one_regression():
-    """Designs that overlap in part, by least squares on all ordinates with zeros outside of each."""
+    """Partly overlapping designs, against least squares on all ordinates with zeros outside of each."""
     rng, size = np.random.default_rng(9), 300
     at = np.arange(10, 10 + 2 * size, 2)
     spans = [(0, 180), (120, 240), (230, 300), (100, 150)]

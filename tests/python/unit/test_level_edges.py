@@ -14,7 +14,7 @@ SIGMA = 0.0126 * np.sqrt(RATE)
 
 
 def recorded(seed, outliers=0):
-    """White noise that is 1.3 to 2.5 times as loud for 36 to 228 s, above a slow walk; and when it is."""
+    """White noise that is 1.3 to 2.5 times as loud for 36 to 228 s, with a slow walk; and the times of the change."""
     rng = np.random.default_rng(700 + seed)
     length = rng.uniform(0.03, 0.19) * 1200.0
     start = rng.uniform(0.0, 1200.0 - length)
@@ -31,7 +31,7 @@ def checked(x):
 
 
 def log_likelihood(x, start, end, factor):
-    """Of the samples less their mean over 8 s, which white noise hardly moves."""
+    """Log-likelihood of the samples minus their mean over 8 s, which hardly changes white noise."""
     rest = x - np.convolve(np.pad(x, 200, mode="edge"), np.ones(401) / 401, "valid")
     sigma = SIGMA * np.where((start <= TIME) & (end > TIME), factor, 1.0)
     return float(-np.sum(np.log(sigma) + 0.5 * (rest / sigma) ** 2))
@@ -40,7 +40,7 @@ def log_likelihood(x, start, end, factor):
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", [0, 2, 4, 12])
 def test_no_other_edges_explain_the_samples_better(seed):
-    """The true ones did by 32 to 152 units of logL, and a second change was named that repaired them."""
+    """The true edges once had 32 to 152 more of logL, and a second change was named that repaired the found ones."""
     x, truth = recorded(seed)
     first = checked(x).suggestions[0]
     assert first.kind == "noise_level_change"
@@ -55,7 +55,7 @@ def test_no_other_edges_explain_the_samples_better(seed):
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", [1, 3, 7, 9, 13])
 def test_outliers_do_not_make_it_a_disturbance(seed):
-    """Twenty of 14 standard deviations did, and up to 200 s of good data were thrown away."""
+    """Twenty outliers of 14 standard deviations once did, and up to 200 s of good data were excluded."""
     for outliers in (0, 20):
         x, (start, end, factor) = recorded(seed, outliers)
         first = checked(x).suggestions[0]
@@ -89,9 +89,9 @@ def test_a_sensor_that_was_carried_among_outliers_is_a_disturbance(seed):
 
 @pytest.mark.parametrize("factor", [0.4, 1.2, 1.5, 2.0, 3.0, 7.0])
 def test_the_interval_of_an_edge_covers(factor):
-    """Between samples of two known levels, 2000 times; a share of 95 % of those is known to 0.5 %.
+    """2000 edges between samples of two known levels; the standard error of a share of 95 % is 0.5 %.
 
-    The error of a border has a discrete law where the change is large: there more than 95 % are covered.
+    For a large change, the error of an edge has a discrete distribution, so more than 95 % are covered.
     """
     rng = np.random.default_rng(9)
     error = al.effects.NoiseLevelChange(start=0.0, end=1000.0, factor=factor).errors(1.0)["start"]

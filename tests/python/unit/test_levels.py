@@ -72,9 +72,9 @@ def test_mean_power_is_the_mean_of_the_gain(effect):
 
 
 def test_a_strong_change_leaves_few_independent_ordinates():
-    """ν of a tenth of the record seven times as loud: (0.9 + 0.1·7⁴)/(0.9 + 0.1·7²)² = 7.16.
+    """ν with a tenth of the record seven times as loud: (0.9 + 0.1·7⁴)/(0.9 + 0.1·7²)² = 7.16.
 
-    The share of the white noise in a bin is measured and at most 1, which takes 9 % of it: 6.54 ± 0.17 in 40 records.
+    The measured share of the white noise in a bin is at most 1, which lowers this by 9 %: 6.54 ± 0.17 in 40 records.
     """
     rng = np.random.default_rng(3)
     x = rng.standard_normal(20_000)
@@ -100,7 +100,7 @@ def test_a_strong_change_comes_first_and_makes_nothing_else_significant():
 
 
 def test_a_column_that_hardly_leaves_one_code_has_a_bound_and_no_fit():
-    """Outliers, 46 changes of level and a period were found in such columns: the answer is an upper limit of N."""
+    """Such columns once had outliers, 46 changes of level and a period; the result must be an upper limit of N."""
     single = np.zeros(8000)
     single[np.random.default_rng(2).integers(0, 8000, 40)] = 0.01
     rng = np.random.default_rng(0)
@@ -116,7 +116,7 @@ def test_a_column_that_hardly_leaves_one_code_has_a_bound_and_no_fit():
 @pytest.mark.long
 @pytest.mark.parametrize("seed", [0, 1])
 def test_a_change_of_level_that_steadies_nothing_is_not_offered_again(seed):
-    """Where all noise stops for a while the white one's level does not explain what is left of it: one change in seven."""
+    """If all noise stops for a while, the level of the white noise does not explain what remains: one change, not seven."""
     rng = np.random.default_rng(seed)
     n, rate = 2000, 100.0
     time = np.arange(n) / rate
@@ -134,7 +134,7 @@ def test_a_change_of_level_that_steadies_nothing_is_not_offered_again(seed):
 
 @pytest.mark.long
 def test_a_pulse_that_comes_back_is_no_level_of_noise():
-    """The same each time: a periodic level came first, and the lines, of which the first alone explains half, behind it."""
+    """The pulses are equal. A periodic level once came before the lines, the first of which explains half."""
     rng = np.random.default_rng(3)
     n, rate = 60_000, 100.0
     x = g.white(rng, n, rate, 0.0126)
@@ -198,7 +198,7 @@ def test_a_gate_is_refined_beyond_the_phases_of_its_search(period, share):
 
 
 def test_a_periodic_level_has_its_factor():
-    """The ends of the loud intervals are not mixed with the quiet ones: 1.5 within three errors of 1/√n."""
+    """If the ends of loud intervals are right, the factor is 1.5 within three standard errors."""
     n, rate = 20_000, 10.0
     time = np.arange(n) / rate
     x = g.white(np.random.default_rng(3), n, rate, 0.01)
@@ -227,7 +227,7 @@ EXCLUDED = (0.0, 310.0)
 
 @pytest.fixture(scope="module")
 def quiet_start():
-    """White noise whose first 300 s are three times as quiet."""
+    """White noise whose first 300 s have a third of the amplitude."""
     samples = np.random.default_rng(1).standard_normal(4400)
     samples[:300] *= 0.3
     return al.Recording(samples, rate=1.0, unit="deg/s")
@@ -237,7 +237,7 @@ def quiet_start():
     "level", ["LEVEL(start=0,end=299,factor=0.3)", "LEVEL(start=299,end=4400,factor=3)"]
 )
 def test_a_level_does_not_change_samples_that_are_excluded(quiet_start, level):
-    """Excluded samples are completed with the mean power of the record, whatever the level is at their times."""
+    """Excluded samples are completed with the mean power of the record, whatever the level at their times."""
     fit = al.fit_model(quiet_start, f"N+{level}+DIST(start=0,end=310)")
     assert "noise_level_change" not in [s.kind for s in fit.check().significant]
     power = whiten(fit.solution, fit.data).samples[5:300] ** 2
@@ -269,7 +269,7 @@ def test_a_level_leaves_with_the_segment_that_has_its_changes(quiet_start):
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", [0, 1])
 def test_a_weak_level_joins_a_level_that_switches_between_two_values(seed):
-    """Ten louder intervals, a quieter one, and outliers: each check found the quieter one, and each step refused it."""
+    """Ten louder intervals, a quieter one, and outliers: checks once suggested the quieter one, and steps refused it."""
     n, rate = 37_904, 5.0
     rng, t = np.random.default_rng([seed, 77]), np.arange(n) / rate
     edges = [117, 179, 484, 828, 970, 1091, 1273, 1567, 1910, 1986, 3019, 3088, 3136, 3222, 3623]

@@ -24,13 +24,13 @@ def cells(count):
 
 
 def means(count, values):
-    """Means over each cell, one vote for each degree of freedom."""
+    """Means over each cell, weighted by the degrees of freedom."""
     first, _, total = cells(count)
     return (np.add.reduceat((count * values.T).T, first).T / total).T
 
 
 def judge(power, count, spectrum, scale):
-    """Marginal logL and weight by the sum over all nodes: one discrepancy for the bins of a cell."""
+    """Marginal logL and weight from a sum over all nodes, with one discrepancy for the bins of a cell."""
     _, sizes, total = cells(count)
     mean = means(count, power / spectrum)
     y = np.log(mean) - mean
@@ -99,7 +99,7 @@ def climb(power, count, columns, theta, scale, offset, rounds):
 
 
 def spectra(seed, bins, p, misfit):
-    """Frequencies' power laws, a few of them in peaks, in odd units, and a power drawn around their sum."""
+    """Power laws over frequency, some with peaks, in odd units, and a random power around their sum."""
     rng = np.random.default_rng(seed)
     f = np.geomspace(1e-4, 0.5, bins)
     slopes = rng.choice(np.linspace(-3.0, 2.0, 21), size=p, replace=False)
@@ -218,7 +218,7 @@ def test_what_does_not_fit_together_is_refused():
 
 
 def test_a_cell_that_a_regression_fits_exactly_tells_nothing_about_the_level():
-    """Its power is rounding error, which an offset of the record changes."""
+    """Its power is a rounding error, which changes with an offset of the record."""
     power, count, _, _, _ = spectra(6, 40, 2, 0.3)
     power[0], count[0] = 0.0, 0.05
     exact = discrepancy.bin_levels(power, count, np.ones(40), 40)

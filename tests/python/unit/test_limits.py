@@ -127,7 +127,7 @@ def test_a_truth_outside_is_at_the_limit_and_the_rest_as_with_that_value_held(
 
 
 def test_one_of_two_that_were_beyond_is_let_go_where_the_other_one_needs_it():
-    """The line is loud: with N held low both N and K are beyond; K belongs inside once N is at its limit."""
+    """With a loud line and N at its limit, K must be inside of its limits, although both were beyond before."""
     truth = al.parse_model("N(N=0.1)+K(K=0.01)")
     log = truth.simulate(duration=4000, rate=RATE, seed=5, unit="deg/s")
     fit = al.fit_model(log, "N(N=[0.2,])+K(K=[,0.1])+B(B=[0.001,])")

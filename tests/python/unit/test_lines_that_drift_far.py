@@ -21,7 +21,7 @@ def _line(rng, first, last, amplitude):
 
 
 def _series(rng, k):
-    """Noise of a band of k frequencies: the gain of any line in it is an exponential variable of mean 1."""
+    """Noise of a band of k frequencies; the gain of any line in it is exponentially distributed with mean 1."""
     return (rng.standard_normal(k) + 1j * rng.standard_normal(k)) / np.sqrt(2 * k)
 
 
@@ -29,7 +29,7 @@ def _series(rng, k):
     ("k", "gain"), [(5000, 40.0), (8192, 40.0), (16_384, 60.0), (65_536, 80.0)]
 )
 def test_courses_lead_to_the_line(k, gain):
-    """The sum over M sections is gain/√M standard deviations high, 7 and more, of some millions looked at."""
+    """The sum over M sections is gain/√M ≥ 7 standard deviations high, among some millions of sums."""
     u = np.arange(k) / k
     for seed in range(3):
         rng = np.random.default_rng([seed, k])
@@ -45,7 +45,7 @@ def test_courses_lead_to_the_line(k, gain):
 
 
 def test_noise_of_a_wide_band_is_no_line():
-    """As if every rate had been searched at every frequency, its chance is far below 1 %."""
+    """If every rate had been searched at every frequency, its probability would still be far below 1 %."""
     for seed in range(12):
         band = Band(
             _series(np.random.default_rng([seed, 1]), 2 * MAX_EXHAUSTIVE_FREQUENCIES), 10, 1.0
@@ -59,7 +59,7 @@ def test_noise_of_a_wide_band_is_no_line():
     ("first", "last", "amplitude"), [(12.0, 14.5, 0.012), (14.0, 9.0, 0.02), (8.0, 20.0, 0.02)]
 )
 def test_a_line_that_drifts_far_is_one(first, last, amplitude):
-    """Of six of the first none was: two were nothing, two a resonance, two a band that moves, adequate each time."""
+    """None of six such lines was named once: two were nothing, two a resonance, two a moving band, always adequate."""
     rng = np.random.default_rng(31)
     noise = g.white(rng, LENGTH, RATE, N) + g.walk(rng, LENGTH, RATE, 9e-5)
     samples = noise + _line(rng, first, last, amplitude)
@@ -84,7 +84,7 @@ def test_a_wide_resonance_is_no_line(damping):
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(4))
 def test_a_line_that_raises_no_ordinate_clearly_is_found(seed):
-    """Over 900 frequencies ΔlogL is about 70: a mean excess of 8 % of the noise, 2.5 standard deviations."""
+    """Over 900 frequencies, ΔlogL is about 70: a mean excess of 8 % of the noise, 2.5 standard deviations."""
     rng = np.random.default_rng(seed)
     n, rate = 30_000, 100.0
     t = np.arange(n) / rate

@@ -42,7 +42,7 @@ def test_no_mean_is_seen_in_white_noise(seed):
 
 @pytest.mark.slow
 def test_leakage_from_the_ends_of_a_mean_is_no_event():
-    """At the zeros of the filter only its leakage is left, which all ordinates share: steps and decays imitated it."""
+    """At the zeros of the filter only leakage remains, which all ordinates share; it once looked like steps and decays."""
     false = 0
     for seed in range(12):
         fit = al.fit_model(_mean_of(40, 9000, 100 + seed), "N+BW(design=moving_average,order=1)")
@@ -56,7 +56,7 @@ def test_leakage_from_the_ends_of_a_mean_is_no_event():
 
 @pytest.mark.slow
 def test_a_jump_after_a_mean_is_found():
-    """A jump within a twentieth of a second is a step or a transition, but nothing at an end of the record."""
+    """A jump within a twentieth of a second is a step or a transition, and nothing is found at the ends of the record."""
     samples = np.asarray(_mean_of(40, 9000, 3).samples).ravel()
     record = al.Recording(samples + 0.02 * (np.arange(9000) > 4000), 100.0, unit="deg/s")
     first = al.fit_model(record, "N+BW(design=moving_average,order=1)").check().significant[0]

@@ -31,7 +31,7 @@ print(found.tau.size, peak() - before)
 
 @pytest.mark.long
 def test_every_averaging_time():
-    """Once a matrix of them: 47 MB of so many samples, 4.7 GB of 360 000."""
+    """A matrix of them would take 47 MB for so many samples, and 4.7 GB for 360 000."""
     said = subprocess.run(
         [sys.executable, "-c", ALL], capture_output=True, text=True, check=True
     ).stdout.split()
@@ -73,6 +73,6 @@ main()
 
 @pytest.mark.parametrize(("code", "trims"), [(LIBRARY, "False"), (COMMAND, "True")])
 def test_only_the_command_returns_freed_memory_to_the_system(code, trims):
-    """A library leaves the allocator of its process alone."""
+    """A library does not change the allocator of its process."""
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.split()[-1] == trims

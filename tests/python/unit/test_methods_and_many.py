@@ -93,7 +93,7 @@ def test_a_coefficient_that_no_recording_shows_is_a_common_limit():
 
 
 def with_lines(seed, *lines):
-    """White noise and lines of (frequency, amplitude), each of a phase of its own."""
+    """White noise and lines of (frequency, amplitude) with different phases."""
     rng = np.random.default_rng(seed)
     samples = g.white(rng, 20_000, 100.0, 0.01)
     for frequency, amplitude in lines:

@@ -19,7 +19,7 @@ NOISE = "N(N=0.0126)+B(B=0.006)+K(K=4e-4)"
 
 
 def holes(kind, n, seed=0):
-    """A mask by name: share of single samples, every second one, blocks of seconds, a tenth in one piece."""
+    """Mask by name: single samples, every second one, blocks of seconds, or a tenth in one segment."""
     rng = np.random.default_rng(seed)
     mask = np.zeros(n, dtype=bool)
     if kind == "random":
@@ -45,7 +45,7 @@ def record(model, n, mask, seed, signal=None):
 @pytest.mark.parametrize("few", [0, 512])
 @pytest.mark.parametrize("kind", ["random", "alternate", 40, "tenth"])
 def test_the_mean_given_the_rest_is_the_dense_one(kind, few, monkeypatch):
-    """By conjugate gradients, and at once where few samples are missing."""
+    """By conjugate gradients, or directly if few samples are missing."""
     monkeypatch.setattr("allanite.fit.missing.completion.MAX_DIRECT_MISSING", few)
     n = 300
     mask = holes(kind, n)
@@ -82,7 +82,7 @@ def test_correlations_by_holes_are_those_of_every_other_ordinate(kind):
 
 @pytest.mark.parametrize("kind", ["random", "alternate", 300, "tenth"])
 def test_completed_ordinates_have_the_spectrum_of_the_model(kind):
-    """Under the truth the mean square over S of k ordinates is 1 ± √(2/k), with the k that the bins count."""
+    """Under the truth, the mean square over S of k ordinates is 1 ± √(2/k), with the k that the bins count."""
     n = 20_000
     model = al.parse_model(NOISE)
     data = complete(prepare(record(NOISE, n, holes(kind, n), seed=7)), model)
@@ -101,7 +101,7 @@ def test_completed_ordinates_have_the_spectrum_of_the_model(kind):
 
 @pytest.mark.long
 def test_the_lowest_ordinates_beside_long_holes_have_the_power_of_the_whole_record():
-    """Said to be seen up to a third better than they are, the lowest 32 had 0.83 of it."""
+    """When their shares were up to a third too high, the lowest 32 had 0.83 of the power."""
     n, records = 20_000, 24
     mask, model = holes(6000, n, seed=2), al.parse_model(NOISE)
     expected = sum(t.cosine_variance(np.arange(1, 33), n) for t in model.terms(RATE))
@@ -213,7 +213,7 @@ def test_power_that_is_seen_changes_as_the_dense_covariance_says(kind):
 
 
 def test_a_shape_that_bridges_suggest_is_not_confirmed():
-    """Every second sample: bridged, the record is low-passed; completed so, it stayed (q_c 60 times the truth)."""
+    """Every second sample is missing: the bridged record is low-passed, and once stayed so (q_c 60 times too high)."""
     truth = al.parse_model("N(N=0.0126)+GM(q_c=3e-3,T=20)")
     samples = truth.simulate(duration=200.0, rate=RATE, seed=5).samples.copy()
     half = al.parse_model("N+GM").fit(al.Recording(samples[::2].copy(), rate=RATE / 2.0))
@@ -226,7 +226,7 @@ def test_a_shape_that_bridges_suggest_is_not_confirmed():
 
 @pytest.mark.long
 def test_a_limit_is_that_of_the_samples_that_are_there():
-    """Ordinates and their mirror images are the same samples: counted twice, the limit was 17 % too low."""
+    """Ordinates and their mirror images are the same samples; counted twice, they made the limit 17 % too low."""
     ratios = []
     for seed in (0, 1, 2, 3, 4, 8):
         truth = al.parse_model(NOISE).simulate(duration=200.0, rate=RATE, seed=seed)
@@ -242,7 +242,7 @@ def test_a_limit_is_that_of_the_samples_that_are_there():
 @pytest.mark.long
 @pytest.mark.parametrize("seed", [60, 90])
 def test_an_ordinate_and_its_mirror_image_have_one_vote(seed):
-    """With a vote each a narrow resonance was significant at 16 and 12.5, half of it by the second look."""
+    """Counted twice, they made a narrow resonance significant at 16 and 12.5, half of it due to the mirror image."""
     truth = al.parse_model(NOISE).simulate(duration=200.0, rate=RATE, seed=seed)
     samples = truth.samples.copy()
     samples[1::2] = np.nan
@@ -264,7 +264,7 @@ def test_many_single_gaps_are_solved_for_at_once_though_the_spectrum_is_steep():
 
 
 def test_holes_that_no_bin_notices_leave_a_fit_as_it_is(monkeypatch):
-    """One sample in 20 000: each bin shows itself alone, whether or not what is mixed is counted."""
+    """With one of 20 000 samples missing, the mixing of bins changes nothing, whether or not it is computed."""
     samples = al.parse_model("N(N=0.1)+K(K=0.01)").simulate(n=20_000, rate=10.0, seed=4).samples
     samples = np.where(np.arange(20_000) == 7_000, np.nan, samples)
     record = al.Recording(samples, rate=10.0)
@@ -280,7 +280,7 @@ def test_holes_that_no_bin_notices_leave_a_fit_as_it_is(monkeypatch):
 
 
 def test_a_model_with_one_more_effect_completes_the_record_as_one_fitted_from_the_start():
-    """Two thirds missing in segments: the samples completed under the smaller model are only where the rounds start."""
+    """Two thirds are missing in segments; the samples completed by the smaller model must only be start values."""
     rng, n = np.random.default_rng(3), 12_000
     x = 0.01 * rng.standard_normal(n) + np.cumsum(2e-4 * rng.standard_normal(n))
     away = np.repeat(np.arange(400) % 2, rng.geometric(1.0 / np.tile([30, 60], 200)))[:n] == 1

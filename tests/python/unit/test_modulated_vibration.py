@@ -44,7 +44,7 @@ def test_a_load_that_comes_and_goes_is_one_effect(seed):
 
 @pytest.mark.long
 def test_a_band_wider_than_a_bin_has_side_bands_too():
-    """A damping of 1 %: bins are 1.2 % wide, side bands of 0.2 of the power are twelve half-widths away."""
+    """Damping of 1 %, bins of 1.2 %; side bands of 0.2 of the power are twelve half-widths away."""
     rng, rate, n = np.random.default_rng(11), 100.0, 30_000
     swing = 1.0 + 0.9 * np.sin(2.0 * np.pi * 1.5 * np.arange(n) / rate)
     x = g.white(rng, n, rate, 0.01) + swing * g.resonance(rng, n, rate, 12.0, 0.01, 0.02)

@@ -42,7 +42,7 @@ def test_a_band_leaves_if_it_costs_more_than_it_explains(there):
 
 @pytest.mark.parametrize("seed", range(4))
 def test_a_column_leaves_if_it_is_not_detected_beside_its_hysteresis(seed):
-    """It explains 0.4 to 2.2 nats, more than the cost of a coefficient near 0, and would be printed as not detected."""
+    """It explains 0.4 to 2.2 nats, more than the cost of a coefficient near 0, but would be printed as not detected."""
     rng, n = np.random.default_rng(seed), 20_000
     temperature = g.temperature(n, 1.0, 6000.0)
     samples = g.white(rng, n, 1.0, 0.02) + 0.01 * g.backlash(temperature, 1.0)

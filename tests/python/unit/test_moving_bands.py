@@ -49,7 +49,7 @@ def test_a_machine_whose_speed_falls_is_one_effect(seed):
 @pytest.mark.long
 @pytest.mark.parametrize("seed", [0, 2])
 def test_a_weak_band_that_drifts_by_sixty_half_widths_is_no_line(seed):
-    """At any time it is five times as strong as the noise, in the mean spectrum a sixth: chance lines in it are strong."""
+    """It has five times the noise at any time, a sixth in the mean spectrum, and strong chance lines within."""
     rng, n = np.random.default_rng([seed, 5]), 30_000
     x = g.white(rng, n, RATE, 0.01) + g.flicker(rng, n, RATE, 2e-3)
     x += g.moving_band(rng, n, RATE, 8.0 + 6.0 * np.arange(n) / n, 0.1, 1.8e-2)
@@ -73,7 +73,7 @@ def test_a_check_suggests_it_in_the_place_of_the_band():
 
 @pytest.mark.long
 def test_a_band_that_stays_does_not_move():
-    """Neither where its model holds nor where something else is missing."""
+    """This holds if its model is right, and if something else is missing."""
     moved = 0
     for seed in range(20):
         rng = np.random.default_rng(100 + seed)
@@ -136,7 +136,7 @@ def test_the_likeliest_polygon_is_the_best_of_all(parts, size, places, seed):
     "search", [most_likely_course, lambda gains: most_likely_polygon(gains, 4)]
 )
 def test_a_course_is_met_by_chance_as_seldom_as_said(search):
-    """Ratios of normal densities of which the mean is 1: a sum of 2 in at most e⁻² of them, whatever the course is."""
+    """Ratios of normal densities with mean 1: a sum of logs above s has a probability of at most e⁻ˢ, for any course."""
     rng = np.random.default_rng(1)
     shift = 1.5
     risen = np.array(
@@ -181,7 +181,7 @@ def test_its_density_is_the_mean_of_its_parts():
     "filtering", ["HP(f=4,order=2)", "NOTCH(f=9,Q=3)", "BW(f=8,order=2,acts_on=all,design=digital)"]
 )
 def test_behind_a_filter_it_is_the_mean_of_its_parts_there(filtering):
-    """Its exponentials pass together, those of a single band one by one."""
+    """All exponentials of the course pass the filter together, those of a single band one by one."""
     course = tuple(np.linspace(8.0, 12.0, 9))
     f, filters = np.linspace(0.5, 49.0, 400), al.parse_model(filtering)
     moving = (filters + al.effects.DriftingResonance(course=course, damping=0.02, rms=0.1)).psd(
@@ -202,7 +202,7 @@ def test_a_course_is_checked():
 
 
 def test_a_course_may_be_wide():
-    """From one frequency to ten times that: an eighth of it is wider than a resonance may be at the lower end."""
+    """From 2 to 20 Hz: an eighth of the course is wider than a resonance may be at the lower end."""
     course = np.geomspace(2.0, 20.0, LENGTH)
     places = tuple(course[:: LENGTH // 80][1::2].tolist())
     model = al.AngleRandomWalk() + al.effects.DriftingResonance(course=places)

@@ -135,7 +135,7 @@ def _with_holes(kind, n, rng):
 @pytest.mark.long
 @pytest.mark.parametrize("kind", ["one sample", "at random", "blocks of 3 s"])
 def test_a_band_narrower_than_a_bin_is_one_beside_holes(kind):
-    """20 ordinates wide; it ended at the width of a bin, unexplained, once a single sample was missing."""
+    """20 ordinates wide. With a single sample missing, it once ended at the width of a bin, unexplained."""
     rng = np.random.default_rng([5, 21])
     n, frequency = 90_000, 9.3
     half = 10.0 * RATE / (2.0 * n)
@@ -154,7 +154,7 @@ def test_a_band_narrower_than_a_bin_is_one_beside_holes(kind):
 
 @pytest.mark.long
 def test_a_band_of_many_ordinates_is_found_in_the_bins_too():
-    """Of hundreds of bins one stands out sooner than some of hundreds of thousands of ordinates."""
+    """It is more significant as one of hundreds of bins than as some of hundreds of thousands of ordinates."""
     n, found, others = 400_000, 0, 0
     for seed in range(24):
         rng = np.random.default_rng(seed)

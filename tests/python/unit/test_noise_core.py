@@ -53,7 +53,7 @@ PROCESSES = {
 
 
 def allan_variance(x, m):
-    """Mean over the last axis of the overlapping Allan variance, sample spacing 1."""
+    """Overlapping Allan variance at a rate of 1 Hz, averaged over the last axis."""
     theta = np.concatenate([np.zeros((*x.shape[:-1], 1)), np.cumsum(x, axis=-1)], axis=-1)
     difference = theta[..., 2 * m :] - 2 * theta[..., m:-m] + theta[..., : -2 * m]
     return (difference**2).mean(axis=-1) / (2 * m * m)

@@ -19,7 +19,7 @@ def recorded(x):
 
 
 def own_noise(rng, n=N):
-    """Six axes of a density of 1, each on its own."""
+    """Six independent axes with a density of 1."""
     return np.sqrt(RATE) * rng.standard_normal((n, 6))
 
 
@@ -30,7 +30,7 @@ def shared_of(log, model):
 
 @pytest.mark.slow
 def test_noise_of_a_gyroscope_and_an_accelerometer_is_named_once():
-    """A supply: half of the variance of three axes of one sensor and one of the other, against the sign there."""
+    """Supply noise: half of the variance of three axes of one sensor and, with opposite sign, of one of the other."""
     rng = np.random.default_rng(3)
     x = own_noise(rng)
     x[:, [0, 1, 2, 4]] += np.sqrt(RATE) * rng.standard_normal((N, 1)) * [1.0, 1.0, 1.0, -1.0]

@@ -70,7 +70,7 @@ def test_a_notch_has_two_sides():
 
 @pytest.mark.slow
 def test_a_phase_that_wraps_hides_its_clock():
-    """Five jumps of the range of a counter make the noise of a clock a thousand times too high; not beside them."""
+    """Five wraps of a counter make the noise of a clock a thousand times too high, until they are named."""
     rng = np.random.default_rng(15)
     n = 30_000
     phase = np.cumsum(4.5 + g.white(rng, n, 1.0, 0.2)) % 25_000.0
@@ -118,7 +118,7 @@ def test_what_is_hardly_an_event_does_not_bend_the_curve(before, after, log10_p,
 
 
 def test_a_check_counts_the_misfit_as_the_steps_of_a_study_do():
-    """The line of the README removes 90 %, and the slow process 6 %: both of the misfit of the first step."""
+    """The line of the README removes 90 %, and the slow process 6 %, both of the misfit of the first step."""
     model = al.parse_model("N(N=0.005)+GM(T=60,q_c=7e-4)+SIN(f=2.5,A=0.001)")
     record = model.simulate(duration=7200.0, rate=10.0, seed=2, unit="deg/s")
     study = al.improve(record, "N+B+K")
@@ -146,7 +146,7 @@ def test_outliers_remove_what_is_gone_of_the_misfit_of_the_samples_that_stay():
 
 
 def test_a_change_of_level_with_by_far_the_most_evidence_does_not_wait():
-    """Weak bands, each with a rung of its own, would fill the ladder before it."""
+    """Weak bands, each with its own step, would otherwise use up all steps before it."""
     rng = np.random.default_rng(15)
     n, rate = 100_000, 50.0
     x = g.louder(g.white(rng, n, rate, 0.0126), rate, 600.0, 1000.0, 1.14)
@@ -163,9 +163,9 @@ def test_a_change_of_level_with_by_far_the_most_evidence_does_not_wait():
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", [1, 2])
 def test_two_lags_end_alike_from_both_starts(seed):
-    """Flicker and a random walk together can stand for two lags, so that changing one of them does not help.
+    """Flicker and a random walk together can replace two lags, so that changing one of them does not help.
 
-    These are two of the five records of `benches/claims/two_starts.py`, of ten, in which both searches end alike.
+    These are two of the five of ten records of `benches/claims/two_starts.py` in which both searches end alike.
     """
     rng, n, rate = np.random.default_rng([seed, 9]), 20_000, 10.0
     x = g.gauss_markov(rng, n, rate, 1.5e-2, 1.0) + g.gauss_markov(rng, n, rate, 5e-3, 30.0)
@@ -181,7 +181,7 @@ def test_two_lags_end_alike_from_both_starts(seed):
 
 @pytest.mark.slow
 def test_an_added_effect_that_is_not_detected_leaves():
-    """Burst noise is found first, and nothing is left of it beside the excursions."""
+    """Burst noise is found first, and nothing of it remains once the excursions are added."""
     rng, n, rate = np.random.default_rng(0), 20_000, 10.0
     t = np.arange(n) / rate
     x = g.white(rng, n, rate, 0.01) + 0.004 * np.sin(2 * np.pi * 1.7 * t)
@@ -193,7 +193,7 @@ def test_an_added_effect_that_is_not_detected_leaves():
 
 
 def _band_louder_by_day(seed: int, n: int) -> np.ndarray:
-    """Samples of white noise and of a resonance at 0.3 of the rate, whose amplitude rises and falls once."""
+    """White noise and a resonance at 0.3 of the rate, whose amplitude rises and falls once."""
     rng = np.random.default_rng(seed)
     turn = 2.0 * np.pi * 0.3 / 8.0
     damping = turn / 10.0

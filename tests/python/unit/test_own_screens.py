@@ -12,7 +12,7 @@ LOG = al.AngleRandomWalk(N=0.1).simulate(n=2000, rate=10.0, seed=3)
 
 
 def step_in_the_middle(context):
-    """A step that the data do not show, with a small probability of chance."""
+    """A step that the data do not show, with a small p-value."""
     effect = BiasStep(time=100.0, hold=("time",))
     solution = al.fit_model(LOG, context.solution.model + effect).solution
     family = Family("trial")

@@ -154,10 +154,10 @@ def test_command_prints_a_table():
 
 
 def test_a_planned_record_tells_two_effects_apart():
-    """Expected odds of 1000 : 1 (6.9 nats), and what the fits gain by chance: ½ of three numbers less ½ of two.
+    """Expected odds of 1000 : 1 are 6.9 nats; the fits gain ½ nat more by chance, for three parameters instead of two.
 
-    The log-likelihood ratio of one record scatters by √(2·6.9) = 3.7, the mean of 20 by 0.83: it lies within four of
-    that of 7.4, and so well above what a record of a quarter of the length gives (1.7 and the same ½).
+    The log-likelihood ratio of one record scatters by √(2·6.9) = 3.7, the mean of 20 by 0.83. The mean lies within four
+    standard errors of 7.4, well above that of a record of a quarter of the length (1.7 + ½).
     """
     planned = al.plan("N(N=0.01)+GM(q_c=0.003,correlation_time=20)", tell=("B", "GM"), rate=20.0)
     risen = []
@@ -218,7 +218,7 @@ def test_a_plan_prints_the_unit_of_each_value(model, rows, remark):
 
 @pytest.mark.parametrize("name", ["N", "K"])
 def test_a_plan_beside_a_line(name):
-    """The line of 2.5 Hz is above the Nyquist frequency of the record that gives the value of the parameter."""
+    """The line of 2.5 Hz is above the Nyquist frequency of the record that suffices for the parameter."""
     plain = al.parse_model("N(N=0.005)+K(K=1e-4)")
     line = al.parse_model("SIN(frequency=2.5,amplitude=0.003)").effects[0]
     expected = al.plan(plain, know=name, rate=100.0)

@@ -103,7 +103,7 @@ def test_outliers_and_clipping_are_no_markers(seed):
 
 
 def held(seed, ratio, step, n=40_000, axes=1):
-    """White noise of unit variance with a slow walk, rounded, at `ratio` of the rate of the log."""
+    """White noise of unit variance with a slow walk, rounded, held at `ratio` of the rate of the log."""
     rng = np.random.default_rng(seed)
     x = rng.standard_normal((n, axes)) + 0.003 * np.cumsum(rng.standard_normal((n, axes)), axis=0)
     if step:
@@ -373,7 +373,7 @@ def test_motion_of_gyroscopes_without_a_unit_is_refused(capsys, tmp_path, comman
 
 
 def test_raw_counts_are_not_judged_in_a_unit(capsys, tmp_path):
-    """A sensor at rest that drifts by some counts would move if they were deg/s."""
+    """In deg/s, a drift by some counts of a sensor at rest would be motion."""
     rng = np.random.default_rng(3)
     counts = np.round(np.cumsum(rng.standard_normal((6000, 3)), axis=0) + 3 * rng.standard_normal((6000, 3)))  # fmt: skip
     log = tmp_path / "log.csv"

@@ -24,7 +24,7 @@ PATIENCE = 20.0
 
 
 class Work:
-    """Tasks of a pool of which two are at work and others wait for them."""
+    """Tasks of a pool, two of which run while others wait."""
 
     def __init__(self):
         self.begun = [threading.Event() for _ in range(6)]
@@ -42,7 +42,7 @@ class Work:
             raise
 
     def interrupted(self, kind):
-        """Raised while two tasks are at work; seconds until it was heard."""
+        """Time in s until an interrupt ends the pool, raised while two tasks run."""
         with pytest.raises(kind), Pool(NUMBER) as pool:  # noqa: PT012
             for place in range(len(self.begun)):
                 pool.submit(self.task, place)
@@ -95,7 +95,7 @@ def test_a_task_knows_what_its_caller_knows():
 
 
 def test_processors_are_counted_on_every_system(monkeypatch):
-    """Only Linux tells those that a process may use; a fleet once failed on the others."""
+    """Only Linux states those that a process may use; a fleet once failed on other systems."""
     assert 1 <= processors() <= (os.cpu_count() or 1)
     monkeypatch.delattr(os, "sched_getaffinity", raising=False)
     assert processors() == os.cpu_count()

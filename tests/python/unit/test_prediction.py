@@ -80,7 +80,7 @@ def test_a_few_bins_are_judged_as_all_are(scale):
 
 @pytest.mark.parametrize("mean", [False, True])
 def test_a_block_given_its_neighbours(mean):
-    """Against the covariance of the samples themselves: what the rest alone knows of two amplitudes."""
+    """Against the covariance of the samples: what the other samples alone determine of two amplitudes."""
     rng = np.random.default_rng(3)
     k = 40 - mean
     j = np.arange(k) + mean
@@ -110,7 +110,7 @@ def test_a_block_given_its_neighbours(mean):
 
 
 def test_a_function_of_time_costs_what_it_fits_by_chance():
-    """At least 1 nat for each number; a line has three, a ramp one, a step (once) two; a held amplitude costs nothing."""
+    """At least 1 nat per parameter: three for a line, one for a ramp, two for a step; a held amplitude costs nothing."""
     samples = noise(4) + sinusoid(N, RATE, 1.0, 0.01) + ramp(N, RATE, 3e-4) + 0.05 * (TIME > 200.0)
     for model, numbers, most in (
         ("N+SIN(frequency=1)", 3, 7),

@@ -102,7 +102,7 @@ def test_data_sheet_units_are_the_default_and_others_are_asked_for(log):
     ],
 )  # fmt: skip
 def test_a_unit_of_a_coefficient_is_the_one_it_is_shown_in(asked, shown, factor):
-    """N had been shown in a relative of the samples' unit, whatever was asked for."""
+    """N was once shown in a unit derived from that of the samples, whatever unit was requested."""
     found = table_row(shown_rows("N(N=2e-3)+K(K=1e-5)", "m/s^2", asked), "N")
     assert found.endswith(f" {shown}")
     assert float(found.split()[0]) == pytest.approx(2e-3 * factor, rel=0.05)

@@ -27,6 +27,6 @@ def test_a_train_of_pulses_is_one_line_with_its_harmonics():
 
 @pytest.mark.parametrize("n", [255, 256, 257, 1023])
 def test_lines_are_looked_for_in_a_record_of_any_length(n):
-    """Of 2^k − 1 samples the highest octave is a whole one, of other numbers a part."""
+    """The highest octave is complete for 2^k − 1 samples, and partial for other numbers."""
     x = np.random.default_rng(n).standard_normal(n)
     assert al.AngleRandomWalk().fit(al.Recording(x, rate=10.0)).check().adequate

@@ -76,7 +76,7 @@ def test_vectornav_of_other_kinds(tmp_path):
 
 
 def counts(kind, number, gyro, acc):
-    """RAWIMUS or RAWIMUSX: 200 Hz, Z, −Y, X of what the counts are."""
+    """RAWIMUS or RAWIMUSX message: 200 Hz, with counts in the order Z, −Y, X."""
     for k, x in enumerate(X):
         g, a = np.rint(x[:3] / gyro).astype(int), np.rint(x[3:] / acc).astype(int)
         when = f"{491612.0 + k / 200:.6f}"

@@ -38,7 +38,7 @@ HIDDEN = "N(N=0.01)+K(K=1e-4)+SIN(frequency=3.1,amplitude=0.004)"
 
 @pytest.fixture(scope="module")
 def log(tmp_path_factory):
-    """Seven minutes of a gyroscope that hears a fan."""
+    """Seven minutes of a gyroscope with the line of a fan."""
     path = tmp_path_factory.mktemp("log") / "gyro.npz"
     samples = al.parse_model(HIDDEN).simulate(duration=450, rate=20, seed=3, unit="rad/s").samples
     np.savez(path, data=samples[:, None], rate_hz=20.0, channels=["gyro_x"], unit=["rad/s"])
@@ -101,13 +101,13 @@ class Tags(HTMLParser):
 
 
 def texts(page):
-    """The texts of a page, one a line, without its figures."""
+    """Texts of a page without its figures, one per line."""
     inside = re.sub(r"<svg.*?</svg>", "", page[page.index("<main") :], flags=re.DOTALL)
     return unescape(re.sub(r"<[^>]*>", "\n", inside)).replace("\xa0", " ")
 
 
 def printed(text):
-    """The number behind a printed one: 1.9·10⁻⁵, −0.3, 720 000."""
+    """Value of a printed number: 1.9·10⁻⁵, −0.3, 720 000."""
     plain = text.translate(str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹−", "-0123456789-")).replace("\u202f", "")
     if "·10" in plain:
         mantissa, power = plain.split("·10", 1)
@@ -118,7 +118,7 @@ def printed(text):
 
 
 def assert_numbers_are_those_of(page, document, units=None):
-    """Curve, misfits, steps and parameters of the page are those of the JSON document."""
+    """Check that curve, misfits, steps and parameters of the page are those of the JSON document."""
     columns = document.get("columns", [document])
     tables = page.split("Allan deviation in numbers")[1:]
     assert len(tables) == len(columns)
@@ -159,7 +159,7 @@ def assert_numbers_are_those_of(page, document, units=None):
 
 @pytest.mark.long
 def test_numbers_equal_those_of_the_commands(log, run):
-    """The document holds those of adev, check, improve and fit; nothing is computed twice in two ways."""
+    """The document holds those of adev, check, improve and fit; nothing is computed in two ways."""
     documents = {}
     for command in ("report", "adev", "check", "improve"):
         model = [] if command == "adev" else ["--model", "N+K"]
@@ -196,7 +196,7 @@ def test_output_unit_is_that_of_the_numbers(log, run, tmp_path):
 
 
 def test_page_stands_by_itself(page):
-    """No script, nothing fetched: not a single address but the names of the SVG's and XML's grammars."""
+    """No script and no request: the only addresses are the names of the SVG and XML grammars."""
     seen = Tags(page)
     kinds = {tag for tag, _ in seen.tags}
     assert not kinds & {"script", "link", "iframe", "img", "object", "embed"}
@@ -372,7 +372,7 @@ def test_the_first_page_says_what_who_and_what_next(log, run, tmp_path):
 @pytest.mark.browser
 @pytest.mark.parametrize("name", BROWSERS)
 def test_page_in_a_browser(report, tmp_path, name):
-    """The interactive figures are drawn, and nothing is asked of another computer."""
+    """The interactive figures are drawn without a request to another computer."""
     pytest.importorskip("plotly")
     target, asked = report.save(tmp_path / "r.html", interactive=True), []
     with launched(name) as browser:
@@ -406,7 +406,7 @@ CLIMBED = ("phone_gyro_b.npz", "clock_tic_noisefloor_phase.npz")
 @pytest.mark.data
 @pytest.mark.parametrize("name", COLUMNS)
 def test_report_on_a_real_recording(data, name, run, tmp_path):
-    """The file opens by itself and its numbers are those of the JSON; the first two thousand samples, to be quick."""
+    """The file opens by itself and has the numbers of the JSON; two thousand samples, to be quick."""
     options = dict(COLUMNS[name])
     recording = al.read(data(name), column=options.pop("column", None), **options)
     column = recording.columns[0]

@@ -12,7 +12,7 @@ RATE, LENGTH, N = 50.0, 60_000, 0.0126
 
 
 def recording(seed, frequency, damping):
-    """Beside white noise, the peak some 25 times as high as it whatever the width."""
+    """A peak some 25 times as high as the white noise, whatever the width."""
     rng = np.random.default_rng([seed, round(1000 * damping), 0])
     rms = 2.5 * N * np.sqrt(4.0 * np.pi * damping * frequency)
     x = g.white(rng, LENGTH, RATE, N)
@@ -48,7 +48,7 @@ def test_a_broad_one_has_its_own_width():
 
 @pytest.mark.long
 def test_nothing_else_is_added_beside_a_broad_one():
-    """Three of four displacements of ζ > 0.2 had a process beside them that was not there."""
+    """Three of four displacements with ζ > 0.2 once had a second, false process."""
     for seed, damping in enumerate(BROAD[1:4]):
         record, _ = recording(20 + seed, 1.0, damping)
         study = al.improve(record, "N")

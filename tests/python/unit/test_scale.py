@@ -511,7 +511,7 @@ def test_watch_of_datagrams():
 
 
 def test_one_log_is_a_fleet_of_one(tmp_path):
-    """A log is no list of logs, though both are text."""
+    """A log is no list of logs, although both are text."""
     from allanite.scale.logs import logs_of
 
     log, names = tmp_path / "a.csv", tmp_path / "names.txt"

@@ -15,7 +15,7 @@ pytestmark = pytest.mark.slow
 
 @pytest.fixture(scope="module")
 def results():
-    """One of each kind of result; a line is missing from the model at first."""
+    """One of each kind of result; a line is missing from the first model."""
     truth = al.parse_model("N(N=0.1)+SIN(frequency=1.3,amplitude=0.1)")
     samples = truth.simulate(duration=400, rate=10, seed=2).samples.copy()
     samples[100:110] = np.nan
@@ -33,7 +33,7 @@ def results():
 
 
 class Tree(HTMLParser):
-    """Opens and closes every tag, or fails."""
+    """Parser that fails unless every tag is closed."""
 
     def __init__(self, text):
         super().__init__()
@@ -52,7 +52,7 @@ class Tree(HTMLParser):
 
 
 def within(value, seen=None):
-    """A result and everything that its repr could reach."""
+    """A result and everything that its repr could show."""
     yield value
     for name in getattr(value, "__dataclass_fields__", {}):
         inner = getattr(value, name)
@@ -121,7 +121,7 @@ def test_plot_gives_a_figure_of_matplotlib(results, name, tmp_path):
 
 
 def test_samples_of_a_figure_are_those_of_the_recording():
-    """Least and largest of each stretch: nothing of a spike is lost, and a gap stays a gap."""
+    """Minimum and maximum of each segment: a spike is kept, and a gap remains a gap."""
     from allanite.plots import plot_recording
     from allanite.plots.spec import Band, Line
 

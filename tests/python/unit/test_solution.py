@@ -89,7 +89,7 @@ def test_without_functions_of_time_nothing_is_regressed(recording):
 
 @pytest.mark.parametrize("away", [0.0, 2.0, 8.0, -8.0])
 def test_an_interval_over_the_noise_holds_its_value(away):
-    """With noise that is as likely the best height is elsewhere: the value stood outside of its own interval."""
+    """With equally likely noise, the best height is elsewhere, so the value was once outside of its own interval."""
     step = al.effects.BiasStep(time=10.0, height=1.0)
     law = Mixture(np.array([[1.0 + 0.1 * away]]), np.array([[[0.01]]]), np.ones(1))
     _, (low, high) = with_noise_uncertainty(step, {"height": (0.1, (0.8, 1.2))}, law)["height"]
@@ -107,7 +107,7 @@ def test_an_interval_over_the_noise_holds_its_value(away):
     ],
 )
 def test_the_error_of_a_slow_function_knows_of_flicker_that_is_not_in_the_model(term, shape):
-    """Without slow noise in the model, flicker that is too weak to be detected widens the interval all the same."""
+    """Without slow noise in the model, flicker that is too weak to be detected still widens the interval."""
     n, rate = 20_000, 10.0
     t = np.arange(n) / rate
     rng = np.random.default_rng(7)

@@ -12,7 +12,7 @@ from allanite.fit.stamped.noise import StampedNoise, integrated_noise, sampled_n
 
 
 def covariance(noise, t):
-    """Of the samples, from the autocovariances of lags, of their integrals and of a walk."""
+    """Covariance of the samples from the autocovariances of lags, of their integrals and of a walk."""
     t = t.astype(np.longdouble)  # slow lags are differences of nearly equal numbers
     apart = np.abs(t[:, None] - t[None, :])
     first = np.minimum(t[:, None], t[None, :]) - t[0]

@@ -19,13 +19,13 @@ def _temperature(time_s):
 
 
 def _weather(time_s):
-    """Up and down by a few degrees, like no sinusoid."""
+    """Variations of a few degrees that resemble no sinusoid."""
     return 2.0 * np.sin(2 * np.pi * time_s / 9000.0) + np.abs(time_s / 8000.0 % 2.0 - 1.0) * 2.0
 
 
 @pytest.mark.long
 def test_a_candidate_is_refitted_with_the_shapes_of_the_others():
-    """A filter just below the Nyquist frequency had moved for the quantization beside it: ΔlogL 2 instead of 26."""
+    """A filter just below the Nyquist frequency had changed to imitate the quantization: ΔlogL 2 instead of 26."""
     rng = np.random.default_rng(10)
     b, a = signal.butter(2, 24.6 / (RATE / 2))
     x = signal.lfilter(b, a, g.white(rng, LENGTH + 4096, RATE, N))[4096:]
@@ -37,7 +37,7 @@ def test_a_candidate_is_refitted_with_the_shapes_of_the_others():
 
 @pytest.mark.long
 def test_a_temperature_and_a_walk_come_before_two_lags_of_the_temperature():
-    """The second lag stands for the walk: as much of logL with a number more."""
+    """The second lag imitates the walk: the same logL with one more parameter."""
     rng = np.random.default_rng(3)
     t = np.arange(LENGTH) / RATE
     x = g.white(rng, LENGTH, RATE, N) + g.walk(rng, LENGTH, RATE, 1e-4)
@@ -55,7 +55,7 @@ def test_a_temperature_and_a_walk_come_before_two_lags_of_the_temperature():
 
 
 def test_shapes_are_looked_for_again_once_the_functions_of_time_are_known():
-    """A lag of an hour stood for the step on the first turn and was left at nothing on the second."""
+    """A lag of an hour once imitated the step in the first round, and had no power left in the second."""
     rng = np.random.default_rng(9)
     x = g.white(rng, LENGTH, RATE, N) + g.step(LENGTH, RATE, 1600.0, 5.5e-3)
     x += g.gauss_markov(rng, LENGTH, RATE, 3.2e-3, 3.5)
@@ -69,7 +69,7 @@ def test_shapes_are_looked_for_again_once_the_functions_of_time_are_known():
 
 @pytest.mark.slow
 def test_a_slow_function_is_looked_for_with_the_amplitudes_of_the_others_free():
-    """A warm-up beside a temperature that warms up too: the coefficient had halved for it, and it was not looked at."""
+    """A warm-up with a temperature that also warms up: the coefficient had halved, and the warm-up was not found."""
     rng = np.random.default_rng(5)
     n, rate = 40_000, 1.0
     t = np.arange(n) / rate
@@ -88,7 +88,7 @@ def test_a_slow_function_is_looked_for_with_the_amplitudes_of_the_others_free():
 
 @pytest.mark.long
 def test_a_band_near_a_line_is_another_thing():
-    """A band a half-width and a half beside a line was refused in its place, though worth 35 of logL."""
+    """A band one and a half half-widths beside a line was once refused as the same effect, though worth 35 of logL."""
     rng = np.random.default_rng(1)
     x = g.white(rng, LENGTH, RATE, N) + g.sinusoid(LENGTH, RATE, 12.18, 2.8e-3)
     x += g.resonance(rng, LENGTH, RATE, 11.5, 0.035, 9e-3)
@@ -99,7 +99,7 @@ def test_a_band_near_a_line_is_another_thing():
 
 @pytest.mark.long
 def test_a_power_law_gives_way_to_a_walk_and_a_lag():
-    """One exponent between theirs described both; or flicker did, and a filter and a band what it left."""
+    """Once an exponent between theirs described both; or flicker did, and a filter and a band the remainder."""
     rng = np.random.default_rng(1)
     x = g.white(rng, LENGTH, RATE, N) + g.walk(rng, LENGTH, RATE, 2.8e-4)
     x += g.gauss_markov(rng, LENGTH, RATE, 2.5e-3, 13.0)
@@ -115,7 +115,7 @@ def test_a_power_law_gives_way_to_a_walk_and_a_lag():
 
 @pytest.mark.slow
 def test_the_filter_of_the_model_is_designed_anew_beside_what_was_missing():
-    """Flicker that shows through the stop band had given the filter another design; a resonance mended it, or two."""
+    """Flicker in the stop band had changed the design of the filter, which one or two resonances then repaired."""
     rng = np.random.default_rng([0, 11])
     b, a = signal.butter(2, 8.0 / (RATE / 2))
     x = signal.lfilter(b, a, g.white(rng, 20_000 + 4096, RATE, N))[4096:]
@@ -132,7 +132,7 @@ def test_the_filter_of_the_model_is_designed_anew_beside_what_was_missing():
 
 
 def test_what_has_left_and_come_back_is_needed():
-    """Another of its kind that has only stayed is not: it may leave when it fades."""
+    """Another effect of this kind that never left is not needed: it may be dropped."""
     rungs = [
         SimpleNamespace(new=new, removed=removed)
         for new, removed in [
@@ -148,7 +148,7 @@ def test_what_has_left_and_come_back_is_needed():
 
 @pytest.mark.long
 def test_what_is_nothing_beside_another_leaves_in_the_same_step():
-    """Flicker came first, as half of a pair with a power law, and stayed with a coefficient of 0."""
+    """Flicker was added first, as half of a pair with a power law, and once stayed with a coefficient of 0."""
     rng = np.random.default_rng([17, 3])
     rng.uniform()
     x = g.white(rng, LENGTH, RATE, N)

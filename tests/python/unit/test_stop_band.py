@@ -39,7 +39,7 @@ FILTERED = {
 @pytest.mark.long
 @pytest.mark.parametrize("name", FILTERED)
 def test_a_filter_of_the_whole_record_is_found_and_hardly_more(name):
-    """Lobes of a stop band, and what the ends of the transform leave there, were resonances, notches and disturbances."""
+    """Lobes of a stop band, and leakage of the ends of the transform, were once resonances, notches and disturbances."""
     samples = FILTERED[name](len(name))
     study = al.improve(al.Recording(samples, rate=RATE, unit="rad/s"), "N+B+K")
     added = [rung.added.kind for rung in study.ladder[1:]]

@@ -17,7 +17,7 @@ TIME = np.arange(LENGTH) / RATE
 
 
 def _loud_beside_a_lag(seed):
-    """White noise that is loud for 20 s and a lag of 1 s: the level is found first and lets the Allan error rise."""
+    """White noise that is loud for 20 s, and a lag of 1 s: the level is found first and raises the Allan error."""
     rng = np.random.default_rng([seed, 71])
     gain = np.where((TIME > 60.0) & (TIME < 80.0), 3.0, 1.0)
     x = gain * g.white(rng, LENGTH, RATE, 0.01)
@@ -25,7 +25,7 @@ def _loud_beside_a_lag(seed):
 
 
 def _wandering_line(seed):
-    """A band that drifts over half its frequency: resonances stand for it first."""
+    """A band that drifts over half its frequency and is first described by resonances."""
     rng = np.random.default_rng([seed, 72])
     x = g.white(rng, LENGTH, RATE, 0.01)
     return x + g.moving_band(rng, LENGTH, RATE, 6.0 + 3.0 * TIME / TIME[-1], 0.1, 2e-2)
@@ -55,7 +55,7 @@ def test_steps_stay_in_the_order_of_the_search_if_the_time_ends(monkeypatch):
     now = [0.0]
 
     def endless(_):
-        """Use up the time as steps of many effects do, of which each needs several fits."""
+        """Use up the time, as steps with many effects do."""
         now[0] = 2.0
         while True:
             stop_if_unwanted()

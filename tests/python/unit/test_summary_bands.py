@@ -76,7 +76,7 @@ def test_a_band_that_stays_does_not_move():
 
 
 def test_the_cells_of_sections_are_those_of_the_record():
-    """Mean power over expected power is 1 to within its own scatter, in every section."""
+    """The mean ratio of power to expected power is 1 within its scatter in every section."""
     made, recording = _both(_white(3)[1])
     fits = [al.fit_model(one, "N") for one in (made, recording)]
     for fit in fits:

@@ -103,7 +103,7 @@ def test_what_is_there_stays_and_what_is_filled_is_finite(seed, runs):
 
 @pytest.mark.parametrize("size", [1, 3, MAX_DRAWN_RUN, 40, 1000])
 def test_white_noise_stays_white(size):
-    """Power of the low, middle and high third of the spectrum, with a fifth of the samples missing in runs of a size."""
+    """Power of the low, middle and high third of the spectrum, with a fifth of the samples missing in runs."""
     ratio = []
     for seed in range(20):
         rng = np.random.default_rng(seed)
@@ -118,7 +118,7 @@ def test_white_noise_stays_white(size):
 
 
 def test_a_walk_is_bridged():
-    """What is drawn in a short gap is as far from the truth as a bridge of it is."""
+    """Values drawn in a short gap have the error of a Brownian bridge."""
     rng = np.random.default_rng(3)
     walk = np.cumsum(rng.standard_normal(20_000))
     x = walk.copy()

@@ -13,7 +13,7 @@ RATE, N = 10.0, 36_000
 
 
 def _temperature(rng, n=N, swing=3.0):
-    """Two cycles of periods that never meet, and a thermometer's noise."""
+    """Two cycles with incommensurable periods, and a thermometer's noise."""
     time = np.arange(n) / RATE
     one, other = rng.uniform(0.0, 2.0 * np.pi, 2)
     true = swing * np.sin(2.0 * np.pi * time / 1300.0 + one)
@@ -76,7 +76,7 @@ def test_a_width_is_in_the_unit_of_its_column():
 
 
 def test_a_play_stays_beside_a_line_of_the_same_column():
-    """c·u + h·play(u) is two effects of one column; a second line of it would say nothing."""
+    """c·u + h·play(u) is two effects of one column; a second line of this column would be redundant."""
     columns = {"temperature": np.arange(100.0)}
     beside = al.parse_model("N+COV(column=temperature)")
     assert al.effects.Hysteresis.candidates(beside, columns)
@@ -89,7 +89,7 @@ def test_a_play_stays_beside_a_line_of_the_same_column():
 
 
 def test_ordinates_of_a_long_column_are_those_of_its_transform():
-    """From means, for speed: 3e-5 of the size off; of a rate of change, more of which is a thermometer's noise, 6e-4."""
+    """Computed from means, for speed: the error is 3e-5 of the size, and 6e-4 for a rate of change, which is noisier."""
     n = 2 * COLUMN_MEANS + 77
     rng = np.random.default_rng(8)
     column = 3.0 * np.sin(np.arange(n) / n * 31.0) + 0.01 * rng.standard_normal(n)

@@ -266,7 +266,7 @@ def test_a_clock_has_no_parameters_for_px4():
 
 @pytest.mark.statistical
 def test_the_band_holds_the_law_and_the_form_is_found():
-    """Five sensors: with 95 % each, fewer than four bands or walks have a chance of 2 %, fewer than three 0.1 %."""
+    """Five sensors: at 95 % each, fewer than four bands or walks have a probability of 2 %, fewer than three 0.1 %."""
     band, walk, right = [], [], []
     for k, law in enumerate(ts.LAWS):
         sensor = ts.sensor(law, ts.THERMOMETERS[k % 2], "warm-up and cooling", 10 + k)

@@ -65,7 +65,7 @@ def test_seconds_and_the_rest_of_a_log_read_in_chunks(tmp_path, capsys, monkeypa
 
 
 def test_two_whole_clocks_are_no_pair(tmp_path):
-    """Both count from the start: one is used, and that there are two is said."""
+    """Both count from the start: one is used, and a remark says that there are two."""
     rows = [
         ((s - STAMPS[0]) / 1e9, s - STAMPS[0], x) for s, x in zip(STAMPS, _signal(), strict=True)
     ]
@@ -111,7 +111,7 @@ def test_a_day_and_a_time_of_the_day_past_midnight(tmp_path):
 
 
 def _slashed_log(path, form, header="time"):
-    """Log of two days from 4 May 2026, a sample each 100 s."""
+    """Log of two days from 4 May 2026 with a sample each 100 s."""
     moments = [datetime(2026, 5, 4) + timedelta(seconds=100 * k) for k in range(1728)]
     rows = [(t.strftime(form), x) for t, x in zip(moments, _signal(), strict=False)]
     return _log(path, (*header.split(","), "gyro_x"), rows)
@@ -160,9 +160,9 @@ UNITS = {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9}
     st.integers(0, 2**31),
 )  # fmt: skip
 def test_random_logs(rate, unit, holes, event, jitter, seed):
-    """Rate to 1 in 10⁴, and every hole with its row and its number, under jitter of up to a twentieth of a step.
+    """The rate is right to 1 in 10⁴, and every hole has its row and number, with jitter of up to a twentieth of a step.
 
-    A hole of more than 32 samples is counted by the rate, which jitter makes uncertain by less than one sample in 2000.
+    The rate determines a hole of more than 32 samples; jitter changes it by less than one sample in 2000.
     """
     rng = np.random.default_rng(seed)
     n = 4000

@@ -148,7 +148,7 @@ def test_damaged_stamps_move_nothing():
 
 
 def limited(function, *arguments):
-    """Result, within 2 s and 500 MB more than there were."""
+    """Result of a call, which must take less than 2 s and 500 MB."""
     before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     start = time.perf_counter()
     result = function(*arguments)

@@ -91,7 +91,7 @@ def test_a_vibration_that_turns_back_is_no_burst():
 
 @pytest.mark.long
 def test_its_intervals_hold_the_truth():
-    """24 records: each interval of 95 % misses at most 5 (more in 0.5 % of the cases)."""
+    """Of 24 records, each 95 % interval misses at most 5 (more in 0.5 % of the cases)."""
     truth = {"frequency": 7.3, "start": 300.0, "end": 500.0, "amplitude": 0.012}
     missed = dict.fromkeys(truth, 0)
     for seed in range(24):
@@ -138,7 +138,7 @@ def test_what_fades_is_one_narrow_band():
 
 @pytest.mark.long
 def test_a_loud_stretch_is_none():
-    """Of white noise seven times as loud for a while any frequency stands out for that while."""
+    """If white noise is seven times as loud for a while, every frequency is stronger for that while."""
     for seed in range(6):
         rng = np.random.default_rng([seed, 4])
         x = rng.standard_normal(20_000)

@@ -190,7 +190,7 @@ def test_two_units_are_those_of_two_kinds_of_sensor(tmp_path):
 
 
 def test_a_preamble_of_words_is_none_whichever_columns_are_read(tmp_path):
-    """A maker's log: a number beside a word, then names, then six columns."""
+    """A manufacturer's log: a number beside a word, then names, then six columns."""
     path = tmp_path / "log.csv"
     rows = "".join(f"{a:.0f},{b:.0f},{c:.0f}\n" for a, b, c in 1000 * X)
     path.write_text("Fs,100\nWaiting time,-1\nax,gx,gy\n" + rows)

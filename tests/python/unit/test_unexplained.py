@@ -30,7 +30,7 @@ def record():
 
 
 def test_what_is_left_is_described_and_said(record):
-    """An octave at 3 Hz has 3 600 ordinates, 2.4 % of its power; one band for two would leave up to 15 %."""
+    """An octave at 3 Hz has 3 600 ordinates, 2.4 % of its power; one band instead of two would leave up to 15 %."""
     fit = al.fit_model(record, "N+X")
     assert fit.adequate, fit
     f = np.geomspace(0.5, 45.0, 30)
@@ -70,7 +70,7 @@ def test_white_noise_has_none():
 
 @pytest.mark.long
 def test_a_stack_that_only_describes_gives_way():
-    """Two resonances and more would each have a name that the hump does not deserve."""
+    """Two or more resonances would have names that the hump does not deserve."""
     study = al.improve(shaped(bump(FREQUENCY), 4), "N")
     kinds = [effect.kind for effect in study.fit.model]
     assert kinds == ["angle_random_walk", "unexplained"], study
@@ -85,7 +85,7 @@ def test_bands_that_are_none_are_refused():
 
 
 def test_a_line_and_a_band_at_one_frequency_are_one_thing():
-    """A line in a model that has the band there, and the other way round: one of them stays."""
+    """A line added to a model with the band, and the reverse: one of them stays."""
     from allanite.study.moves.add import with_addition
     from allanite.study.state import State
 
@@ -108,7 +108,7 @@ def test_a_line_and_a_band_at_one_frequency_are_one_thing():
 
 
 def test_two_lines_at_one_frequency_are_both_put_back():
-    """What a fit takes out of the record is counted by effects, not by their shapes."""
+    """Functions that a fit subtracts are identified by effect, not by shape."""
     record = shaped(np.ones(FREQUENCY.size), 6)
     two = al.fit_model(
         record,
@@ -163,7 +163,7 @@ def test_what_is_said_where_no_view_fails_follows_from_the_verdict():
 
 @pytest.mark.long
 def test_a_stack_does_not_stand_for_the_white_noise():
-    """A peaking equalizer: resonances and a power law describe it, and leave no white noise."""
+    """A peaking equalizer: resonances and a power law once described it, without white noise."""
     w, gain = 2.0 * np.pi * 15.0 / RATE, 1.35
     alpha = 0.75 * np.sin(w)
     b = [1.0 + alpha * gain, -2.0 * np.cos(w), 1.0 - alpha * gain]

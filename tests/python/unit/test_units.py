@@ -136,7 +136,7 @@ def test_what_is_no_unit_of_samples(text):
              "g^" + "9" * 5000, "(" * 100_000, "sqrt" * 50_000, "g^" + "-" * 100_000],
 )  # fmt: skip
 def test_a_unit_is_a_number_and_read_at_once(text):
-    """A scale of 0 was divided by; others took minutes, or as much stack as they had brackets."""
+    """A scale of 0 was once divided by; other units took minutes, or as much stack as they had brackets."""
     start = time.process_time()
     for read in (parse_unit, lambda unit: conversion(unit, unit)):
         with pytest.raises(al.InputError, match="unknown unit"):

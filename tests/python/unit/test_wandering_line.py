@@ -17,7 +17,7 @@ def _study(rng, line):
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(3))
 def test_mains_that_wander_are_one_line(seed):
-    """2π·0.03 Hz·10 s = 1.9: the spectrum is that of the frequency. T/10 s = 60 values: its deviation is known to 9 %."""
+    """2π·0.03 Hz·10 s = 1.9: the spectrum is the frequency's distribution, whose width is known to 9 % (60 values)."""
     rng = np.random.default_rng(seed)
     study = _study(rng, g.wandering_line(rng, LENGTH, RATE, 23.4, 0.03, 10.0, 0.02))
     assert study.adequate, study
@@ -79,7 +79,7 @@ def test_a_line_near_the_ends_of_the_spectrum_is_simulated_with_its_variance(f, 
 
 @pytest.mark.parametrize("on", [False, True])
 def test_a_fan_that_runs_for_a_while_has_a_level(on):
-    """A line of 9 Hz that wanders by 0.2 Hz, for 130 of 400 s or always: no burst of a tone in either."""
+    """A line of 9 Hz that wanders by 0.2 Hz, for 130 of 400 s or always; neither is a tone burst."""
     rng, n, rate = np.random.default_rng([4, 55]), 20_000, 50.0
     t = np.arange(n) / rate
     line = g.wandering_line(rng, n, rate, 9.0, 0.2, 10.0, 0.05)

@@ -15,7 +15,7 @@ DURATION = LENGTH / RATE
     ("seed", "half_width"), [(0, 3e-4), (2, 1e-3), (9, 3e-4), (18, 3e-4), (20, 1e-3), (23, 1e-3)]
 )
 def test_a_line_that_wanders_is_no_pair_that_cancels(seed, half_width):
-    """By a seventh or a half of what the record resolves; three that beat leave some of it."""
+    """It wanders by a seventh or a half of the frequency resolution; three beating lines leave some of it."""
     rng = np.random.default_rng(seed)
     x = g.white(rng, LENGTH, RATE, 0.0126)
     x += g.moving_band(rng, LENGTH, RATE, np.full(LENGTH, 1.35), half_width, 0.025)
@@ -40,7 +40,7 @@ def test_two_that_beat_stay_two(apart):
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(3))
 def test_the_side_lobes_of_a_strong_line_are_no_line(seed):
-    """Of a line twice the noise they had been a second one, which was said to wander."""
+    """Side lobes of twice the noise were once a second line, which seemed to wander."""
     rng, n = np.random.default_rng(seed), 60_000
     line = 0.02 * np.sin(2.0 * np.pi * 7.3 * np.arange(n) / 50.0 + 0.4)
     log = al.Recording(line + 0.0106 * rng.standard_normal(n), rate=50, unit="m/s^2")

@@ -9,7 +9,7 @@ from allanite.fit.table import misfit_line
 
 @pytest.fixture(scope="module")
 def check():
-    """A line takes the curve below a model of white noise and flicker."""
+    """Check of white noise and flicker whose curve is too low because of a line."""
     truth = al.parse_model("N(N=1)+SIN(f=0.05,A=1)")
     return al.fit_model(truth.simulate(n=2000, rate=1.0, seed=1), "N+B").check()
 

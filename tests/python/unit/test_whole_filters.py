@@ -38,7 +38,7 @@ SOURCES = [
 
 
 def test_a_high_pass_near_half_of_the_nyquist_frequency_forgets_at_once():
-    """Its pole is next to 0, and a power of it beyond doubles: half the difference of what a long filter left."""
+    """Its pole is next to 0, and a power of it exceeds doubles; once half the difference behind a long filter remained."""
     model = al.parse_model("N(N=1)+BW(cutoff=20,order=64,design=fir)")
     whole = model + al.effects.HighPass(cutoff=RATE / 4.0 * (1.0 - 1e-5), order=1)
     f = np.linspace(1.0, 49.0, 97)
@@ -113,7 +113,7 @@ def test_a_low_pass_of_all_that_is_none_is_refused(name, said):
 @pytest.mark.slow
 @pytest.mark.parametrize(("order", "cutoff"), [(1, 20.0), (2, 20.0), (4, 30.0)])
 def test_a_low_pass_behind_the_sensor_leaves_b_what_it_is(order, cutoff):
-    """Flicker of a corner at 0.1 Hz passes it like white noise; B had been "not detected (< 0.00027)", or a lag."""
+    """Flicker with a corner at 0.1 Hz passes it like white noise; B was once "not detected (< 0.00027)", or a lag."""
     rng, n, flicker = np.random.default_rng(11), 120_000, 0.01
     x = g.white(rng, n, RATE, N) + g.flicker(rng, n, RATE, flicker)
     b, a = signal.butter(order, cutoff, fs=RATE)
@@ -130,7 +130,7 @@ def test_a_low_pass_behind_the_sensor_leaves_b_what_it_is(order, cutoff):
 
 @pytest.mark.long
 def test_a_lag_takes_no_place_because_chance_bends_the_allan_curve():
-    """Its logL is hardly better here, and its curve nearer to one that is within its scatter: B had given way."""
+    """Its logL is hardly better, and its curve is closer only by chance; once it replaced B."""
     rng, n = np.random.default_rng(3), 64_000
     flicker = N * np.sqrt(2.0 * np.pi * 0.05)
     x = g.white(rng, n, RATE, N) + g.flicker(rng, n, RATE, flicker) + g.walk(rng, n, RATE, K)
@@ -171,7 +171,7 @@ def test_pieces_of_a_filtered_record_are_the_record():
     "name", ["HP(f=0.5,order=1)", "HP(f=0.5,order=2)", "NOTCH(f=20,Q=3)", LOW_PASSES[2]]
 )
 def test_the_state_space_of_what_is_filtered(name):
-    """Its own density, and innovations that are white and of the variance it says."""
+    """It has the density of the model, and white innovations of the stated variance."""
     model = al.parse_model(f"N(N=0.1)+B(B=0.02)+K(K=0.02)+{name}+SIN(f=7,A=0.1)")
     space = model.state_space(RATE, duration=200.0)
     F, H, Q, R = space.F, space.H[0], space.Q, float(space.R[0, 0])
@@ -218,7 +218,7 @@ def test_a_hidden_high_pass_is_named_first():
 
 
 def test_no_drift_is_looked_for_behind_a_high_pass():
-    """The ends of such a record had been an excursion, or a step, in three of four."""
+    """In three of four, the ends of such a record were once an excursion or a step."""
     x = _behind(5, *signal.butter(2, 0.1, "high", fs=RATE))
     check = al.fit_model(x, "N+B+K+HP(f=0.1,order=2)").check()
     assert check.suggestions
@@ -240,7 +240,7 @@ def test_no_drift_takes_the_place_of_a_process_behind_a_high_pass():
 
 @pytest.mark.slow
 def test_a_lag_is_no_high_pass():
-    """K behind a high-pass has the spectrum of a lag: where nothing falls below N it is called a lag."""
+    """K behind a high-pass has the spectrum of a lag; if nothing falls below N, it is called a lag."""
     rng = np.random.default_rng(3)
     x = g.white(rng, 60_000, RATE, N) + g.gauss_markov(rng, 60_000, RATE, 6e-3, 5.0)
     check = al.fit_model(al.Recording(x, rate=RATE, unit="rad/s"), "N+K").check()
@@ -251,7 +251,7 @@ def test_a_lag_is_no_high_pass():
 
 @pytest.mark.slow
 def test_a_notch_that_leaves_nothing_is_where_it_is():
-    """At the end of the range of one shape the others stay: a second search was 1500 of logL lower, in 5 of 12 records."""
+    """With one shape at the end of its range, a second search of the others was 1500 of logL lower, in 5 of 12 records."""
     rng = np.random.default_rng(3)
     n = 80_000
     x = g.white(rng, n, RATE, N) + g.flicker(rng, n, RATE, B) + g.walk(rng, n, RATE, K)
