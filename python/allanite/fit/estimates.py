@@ -28,6 +28,8 @@ if TYPE_CHECKING:
     from allanite.fit.likelihood.data import Data
     from allanite.fit.likelihood.marginal import Mixture
     from allanite.fit.solution import Solution
+    from allanite.recording import Recording
+    from allanite.summary import Summary
 
 #: Number of trial times on each side of the time of an edge, at distances from one sample to the duration of the record. As
 #: many again are spread evenly over each half of the record. Basis: half and twice as many change the median error by at
@@ -96,13 +98,13 @@ def parameter_unit(
 def estimates(
     solution: Solution,
     data: Data,
-    unit: str,
-    column_units: Mapping[str, str],
+    recording: Recording | Summary,
     places: Sequence[int] | None = None,
 ) -> tuple[dict[str, Any], ...]:
     """Tuple of a dict for each effect of the model: values by parameter name, numbers as `Estimate` with interval.
 
-    `column_units` are the known units of logged columns. With `places`, only the effects at these indices are estimated.
+    `recording` gives the units of the samples and of the logged columns. With `places`, only the effects at these indices
+    are estimated.
     """
     names, covariance = joint_covariance(solution, data)
     joint: dict[int, dict[str, float]] = {}
@@ -126,7 +128,7 @@ def estimates(
         else:
             ranges = _modifier_ranges(own.effect, errors, data)
         units = {
-            p.name: parameter_unit(own.effect, p.name, unit, column_units)
+            p.name: parameter_unit(own.effect, p.name, recording.unit, recording.covariate_units)
             for p in own.effect.parameters
         }
         out.append(_estimates_of(own.effect, detected, ranges, units))

@@ -6,7 +6,7 @@ import json
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar, Unpack
+from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
 
@@ -42,7 +42,6 @@ if TYPE_CHECKING:
     from allanite.fit.likelihood.data import Data
     from allanite.fit.rivals.alternatives import Alternative
     from allanite.fit.rivals.pairs import Pair
-    from allanite.fit.rivals.undecided import Undecided
     from allanite.fit.simulated import SimulatedCheck
     from allanite.fit.solution import Solution
     from allanite.plots import Figure
@@ -51,9 +50,6 @@ if TYPE_CHECKING:
     from allanite.statespace import StateSpace
     from allanite.suggestion import Check, Suggestion
     from allanite.summary import Summary
-
-
-T = TypeVar("T")
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,8 +82,6 @@ class Fit:
     ((), (), (3,))
     >>> print(better.text_of(better.model.effects[0], "looks_like"))
     a slope of −½; a flat density
-    >>> better.solution_without(1).model.name, better.forget_check()
-    ('N', None)
     >>> better.compare_methods()["N"].name, better.summary() == str(better), better.body()["model"]
     ('N', True, 'N+K')
     >>> better.simulate(duration=60, seed=1).n, better.state_space().states
@@ -115,21 +109,7 @@ class Fit:
         """
         if self.given is not None:
             return self.given
-        return estimates(
-            self.solution, self.data, self.recording.unit, self.recording.covariate_units
-        )
-
-    @cached_property
-    def estimates_of_last(self) -> dict[str, Any]:
-        """Dict of the last effect of the model, from parameter name to `Estimate` (or a plain value), as in `estimates`.
-
-        The dict equals ``estimates[-1]``. If `estimates` is not cached yet, only this effect is computed.
-        """
-        if self.given is not None or "estimates" in self.__dict__:
-            return self.estimates[-1]
-        s, recording = self.solution, self.recording
-        last = len(s.effects) - 1
-        return estimates(s, self.data, recording.unit, recording.covariate_units, [last])[0]
+        return estimates(self.solution, self.data, self.recording)
 
     @cached_property
     def correlations(self) -> Correlations:
@@ -310,30 +290,7 @@ class Fit:
         """Tuple of `Alternative` fits in which another effect replaces the effect at index `place` of the model; cached."""
         from allanite.fit.rivals.alternatives import alternatives
 
-        return self._cached(("alternatives", place), lambda: tuple(alternatives(self, place)))
-
-    instead_of_two = Former("alternatives_to_pairs")
-
-    @cached_property
-    def alternatives_to_pairs(self) -> tuple[tuple[float, tuple[int, int], Solution], ...]:
-        """Tuple of (ln evidence minus that of this fit, indices, solution) of models without two of its slow processes.
-
-        One or two processes of other kinds replace the two. `indices` (int, int) are the places of the replaced effects
-        in this fit's model. Models whose evidence is lower by 3 nats or more are omitted.
-        """
-        from allanite.fit.rivals.pairs import alternatives_to_pairs
-
-        return alternatives_to_pairs(self)
-
-    @cached_property
-    def undecided(self) -> Undecided | None:
-        """`Undecided`: other models whose ln evidence is less than 3 nats lower, and intervals averaged over all models.
-
-        None without such a model, or for a fit by another method than ``whittle``. Cached with the fit.
-        """
-        from allanite.fit.rivals.undecided import undecided
-
-        return undecided(self)
+        return alternatives(self, place)
 
     together = Former("alternative_pairs")
 
@@ -341,42 +298,24 @@ class Fit:
         """Tuple of `Pair`, the highest evidence first: two effects that may replace the one at index `place`; cached."""
         from allanite.fit.rivals.pairs import alternative_pairs
 
-        return self._cached(("pairs", place), lambda: tuple(alternative_pairs(self, place)))
+        return alternative_pairs(self, place)
 
-    def solution_with(self, pair: Pair, place: int) -> Solution:
-        """`Solution` of the model in which `pair` replaces the effect at index `place`, with fitted shapes; cached."""
-        from allanite.fit.engine import solve
+    instead_of_two = Former("alternatives_to_pairs")
 
-        return self._cached(
-            ("pair", place, *pair.kinds), lambda: solve(self.data, pair.model, like=self.solution)
-        )
+    @property
+    def alternatives_to_pairs(self) -> tuple[tuple[float, tuple[int, int], Solution], ...]:
+        """Tuple of (ln evidence minus that of this fit, indices, solution) of models without two of its slow processes.
 
-    def solution_without(self, *places: int) -> Solution:
-        """`Solution` of the model without the effects at the indices `places`; cached.
-
-        The coefficients of the other effects are fitted again, but their shapes are kept.
+        One or two processes of other kinds replace the two. `indices` (int, int) are the places of the replaced effects
+        in this fit's model. Models whose evidence is lower by 3 nats or more are omitted. Cached.
         """
-        from allanite.fit.engine import solve
+        from allanite.fit.rivals.pairs import alternatives_to_pairs
 
-        def fitted() -> Solution:
-            """`Solution` of the model without these effects."""
-            model = self.model
-            for place in sorted(places, reverse=True):
-                model = without_effect(model, place)
-            return solve(self.data, model, like=self.solution, polish=False)
-
-        return self._cached(("without", *places), fitted)
-
-    def _cached(self, key: tuple[Any, ...], make: Callable[[], T]) -> T:
-        """Result of `make`, cached by `key` with this fit."""
-        if key not in self._searches:
-            self._searches[key] = make()
-        found: T = self._searches[key]
-        return found
+        return alternatives_to_pairs(self)
 
     @cached_property
-    def _searches(self) -> dict[tuple[Any, ...], Any]:
-        """Dict of the cached results of `_cached`; empty at first."""
+    def kept(self) -> dict[str, dict[tuple[Any, ...], Any]]:
+        """Dict of the results that searches keep with this fit (`kept_with_fit`), by function and arguments."""
         return {}
 
     def check(self, on_progress: Callable[[int, int], None] | None = None) -> Check:
@@ -390,15 +329,6 @@ class Fit:
         import allanite as al
 
         return al.suggestion.check_fit(self, on_progress)
-
-    @cached_property
-    def last_check(self) -> Check:
-        """Check of the model, computed once and kept with the fit until `forget_check`."""
-        return self.check()
-
-    def forget_check(self) -> None:
-        """Drop the cached `last_check` to free the memory of its suggested models; without effect if there is none."""
-        self.__dict__.pop("last_check", None)
 
     def add(self, addition: Effect | Suggestion) -> Fit:
         """New `Fit` of the model plus an `addition`: an effect, or a suggestion of a check. This fit is not changed.

@@ -171,6 +171,7 @@ def study_columns(study: Study) -> dict[str, Any]:
     from scipy.special import chdtrc
 
     from allanite.fit.models import parameter_label
+    from allanite.fit.rivals.alternatives import solution_without
 
     fit = study.fit
     numbers: dict[str, list[float | None]] = {}
@@ -191,7 +192,7 @@ def study_columns(study: Study) -> dict[str, Any]:
             own = risen
             if effect is not rung.added:
                 place = next(i for i, e in enumerate(rung.fit.model) if e is effect)
-                less = rung.fit.solution_without(place).log_likelihood
+                less = solution_without(rung.fit, place).log_likelihood
                 own = min(risen, rung.fit.solution.log_likelihood - less)
             free = sum(p.role in {"coefficient", "shape", "time"} for p in effect.parameters)
             p = max(rung.trials or MIN_TRIALS, MIN_TRIALS) * float(

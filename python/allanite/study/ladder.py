@@ -13,6 +13,7 @@ from allanite import _kernels
 from allanite.common.numbers import number
 from allanite.effects import title_of
 from allanite.fit.rivals.evidence import MAX_RIVAL_LOG_EVIDENCE
+from allanite.fit.rivals.undecided import Undecided, undecided
 from allanite.study.judgement import refusal_reason
 from allanite.suggestion.constants import MAX_ALLAN_ERROR_SCATTERS
 
@@ -22,7 +23,6 @@ if TYPE_CHECKING:
 
     from allanite.effects import Effect
     from allanite.fit.result import Fit
-    from allanite.fit.rivals.undecided import Undecided
     from allanite.plots import Figure
     from allanite.recording import Recording
     from allanite.study.state import State
@@ -250,7 +250,7 @@ class Study:
 
         None if there are none.
         """
-        return self.fit.undecided
+        return undecided(self.fit)
 
     @property
     def left(self) -> list[str]:

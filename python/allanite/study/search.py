@@ -8,10 +8,12 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from allanite.common.threads import with_deadline
+from allanite.fit.kept import forget
 from allanite.fit.likelihood.remembered import trim_memory
 from allanite.study.ladder import Study
 from allanite.study.steps import best_replacement, further_steps, step_and_suggestions
 from allanite.study.story import story, tried_and_dropped
+from allanite.suggestion.check import last_check
 from allanite.suggestion.constants import MAX_ADDED_EFFECTS
 
 if TYPE_CHECKING:
@@ -77,11 +79,11 @@ class Search:
         """`Check` of the last fit; stores it as `check`, reports progress, and frees memory of earlier fits."""
         fit = self.ladder[-1].fit
         for rung in self.ladder[:-1]:
-            rung.fit.forget_check()
+            forget(rung.fit, last_check)
             if rung.fit.data is not fit.data:
                 rung.fit.data.clear_caches()
         trim_memory(fit.data.n)
-        self.check, self.checked = fit.last_check, len(self.ladder)
+        self.check, self.checked = last_check(fit), len(self.ladder)
         if self.first_check is None:
             self.first_check = self.check
         if self.on_progress is not None:
@@ -106,7 +108,7 @@ class Search:
         If the study has doubts, "nothing helps" replaces "adequate".
         """
         assert self.check is not None
-        self.check.fit.forget_check()
+        forget(self.check.fit, last_check)
         study = Study(
             self.check.fit.recording,
             ladder=self._steps(stop),

@@ -15,6 +15,7 @@ from allanite.common.numbers import (
 )
 from allanite.criticism import Where, criticize
 from allanite.effects import title_of
+from allanite.fit.kept import kept_with_fit
 from allanite.fit.likelihood.whitened import whiten
 from allanite.suggestion.constants import FALSE_ALARM_PROBABILITY
 from allanite.suggestion.suggest import Suggestion, explain_same_misfit, suggest
@@ -229,3 +230,9 @@ def check_fit(fit: Fit, on_progress: Callable[[int, int], None] | None = None) -
     """
     whitened = whiten(fit.solution, fit.data)
     return Check(fit, criticize(fit, whitened), suggest(fit, whitened, on_progress))
+
+
+@kept_with_fit
+def last_check(fit: Fit) -> Check:
+    """`Check` of a fit, computed once and kept with the fit."""
+    return check_fit(fit)

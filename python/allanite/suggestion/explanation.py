@@ -16,23 +16,24 @@ from allanite.fit.rivals.columns import column_slopes
 if TYPE_CHECKING:
     from allanite.effects import Effect
     from allanite.fit.result import Fit
+    from allanite.suggestion.suggest import Suggestion
 
 
-def explain(effect: Effect, found: Fit, before: Fit, note: str = "") -> str:
+def explain(suggestion: Suggestion) -> str:
     """Text of sentences: name and values of the effect, its share of the Allan variance and at which τ, its physics.
 
-    `found` is the fit whose last effect is `effect`, `before` the fit without it. `note` precedes the physics.
+    The note of the suggestion precedes the physics.
     """
-    values = found.estimates_of_last
+    effect, before = suggestion.effect, suggestion.before
     numbers = ", ".join(
         _value_text(n, in_sheet_unit(v, p))
-        for n, v in values.items()
+        for n, v in suggestion.estimates.items()
         for p in [effect.parameter(n)]
         if isinstance(v, Estimate)
     )
     name = name_with_lines(effect, before)
     text = f"{name} ({numbers})" if numbers else name
-    curve = found.curve
+    curve = suggestion.found.curve
     own = [k for k in curve.components if k.split(" ")[0] == effect.kind]
     if own:
         share = 100.0 * (curve.components[own[-1]] / curve.model) ** 2
@@ -44,7 +45,7 @@ def explain(effect: Effect, found: Fit, before: Fit, note: str = "") -> str:
             text += f": up to {number(share[top], 2)} % of the Allan variance, at τ = {span} s"
         else:
             text += f": at most {number(share[top], 2)} % of the Allan variance (τ = {curve.tau[top]:.3g} s)"
-    note = f"{note}. " if note else _slopes_sentence(effect, found)
+    note = f"{suggestion.note}. " if suggestion.note else _slopes_sentence(suggestion)
     return with_readable_numbers(f"{text}. {note}Physically: {before.text_of(effect, 'physics')}.")
 
 
@@ -76,9 +77,10 @@ def _value_text(name: str, value: Estimate) -> str:
     )
 
 
-def _slopes_sentence(effect: Effect, found: Fit) -> str:
+def _slopes_sentence(suggestion: Suggestion) -> str:
     """Sentence that an effect which follows a logged column has different slopes at slow and fast time scales; or ""."""
-    if effect.follows is None:
+    found = suggestion.found
+    if suggestion.effect.follows is None:
         return ""
     last = found.model.deterministic[-1]
     fitted = last.amplitudes()
@@ -86,7 +88,7 @@ def _slopes_sentence(effect: Effect, found: Fit) -> str:
     if slopes is None or abs(slopes[0][0] - slopes[0][1]) < 2.0 * slopes[1]:
         return ""
     slow, fast = (share * float(fitted[0]) for share in slopes[0])
-    unit = printed(found.estimates_of_last["coefficient"].unit)
+    unit = printed(suggestion.estimates["coefficient"].unit)
     return (
         f"The slope is {slow:.3g} {unit} at slow and {fast:.3g} at fast time scales: "
         "more than one lag, hysteresis, or a thermometer in another place. "

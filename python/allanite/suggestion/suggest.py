@@ -21,6 +21,7 @@ from allanite.common.former import warn_of_former_name
 from allanite.common.numbers import number
 from allanite.common.threads import Pool
 from allanite.effects import Modifier
+from allanite.fit.estimates import estimates
 from allanite.fit.likelihood.remembered import trim_memory
 from allanite.fit.likelihood.whitened import replace_unsteady_ordinates, whitened_ordinates
 from allanite.fit.result import Fit, parameter_dict
@@ -148,12 +149,13 @@ class Suggestion:
     @cached_property
     def estimates(self) -> dict[str, Any]:
         """Dict of the parameters of the suggested effect: JSON name → `Estimate` (value and error) or a plain value."""
-        return self.found.estimates_of_last
+        fit = self.found
+        return estimates(fit.solution, fit.data, fit.recording, [len(fit.model) - 1])[0]
 
     @cached_property
     def explanation(self) -> str:
         """Text of one or more sentences: name, values, share of the Allan variance and physics of the effect."""
-        return explain(self.effect, self.found, self.before, self.note)
+        return explain(self)
 
     @cached_property
     def gains(self) -> NDArray[np.float64]:

@@ -187,12 +187,12 @@ def test_a_filters_file_waits_for_no_search_of_rivals(client, sessions):
     tab, _ = opened(client, checked=False)
     assert b"gyroscope_noise_density" in client.get(f"tabs/{tab}/file/kalibr.yaml").content
     fit = sessions.tabs[tab].step.fit
-    assert fit._searches == {}
+    assert fit.kept == {}
     assert (
         client.get(f"tabs/{tab}/file/parameters.json").json()["axes"][0]["effects"][0]["rivals"]
         is not None
     )
-    assert fit._searches
+    assert fit.kept
 
 
 @pytest.mark.slow

@@ -105,7 +105,7 @@ def test_what_may_stand_for_two():
 
 def test_nothing_stands_for_a_walk_that_is_there():
     fit = al.fit_model(_recording(3, lambda rng: g.walk(rng, LENGTH, RATE, 1e-3)), "N+K")
-    assert alternative_pairs(fit, 0) == []
+    assert alternative_pairs(fit, 0) == ()
     # 20 : 1 at most speaks for a pair beside the truth.
     assert all(-3.0 < pair.evidence < 3.0 for pair in alternative_pairs(fit, 1))
 

@@ -123,7 +123,7 @@ def test_a_check_counts_the_misfit_as_the_steps_of_a_study_do():
     record = model.simulate(duration=7200.0, rate=10.0, seed=2, unit="deg/s")
     study = al.improve(record, "N+B+K")
     line, slow = (
-        next(s for s in study.ladder[0].fit.last_check.suggestions if s.kind == kind)
+        next(s for s in study.ladder[0].fit.check().suggestions if s.kind == kind)
         for kind in ("sinusoid", "gauss_markov")
     )
     first, second, third = study.misfit_left

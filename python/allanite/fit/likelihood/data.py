@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 
 import numpy as np
@@ -30,6 +30,8 @@ if TYPE_CHECKING:
     from allanite.effects import Deterministic, Model, Stochastic
     from allanite.effects.terms import Term
     from allanite.fit.likelihood.sections import Sections
+    from allanite.recording import Recording
+    from allanite.summary import Summary
 
 T = TypeVar("T", bound=np.generic)
 
@@ -345,16 +347,14 @@ def averaging_factors(top: int) -> NDArray[np.int64]:
     return np.unique(np.round(10**at).astype(np.int64))
 
 
-def prepare(recording: Any, missing: NDArray[np.bool_] | None = None) -> SampleData:
+def prepare(recording: Recording | Summary, missing: NDArray[np.bool_] | None = None) -> SampleData:
     """`SampleData` of a one-column recording; `missing` are samples to treat as missing in addition to NaN.
 
     `InputError` for infinite samples, several columns, or a largest deviation from the mean that is not within 1e-75 to
     1e75. `TooShortError` for fewer than 32 or one in 200 samples present, constant samples, or fewer than 10 changes of
     value.
     """
-    label = (
-        f"column {recording.columns[0]!r}" if getattr(recording, "columns", None) else "the record"
-    )
+    label = f"column {recording.columns[0]!r}"
     values = _checked_values(np.asarray(recording.rate_samples()), label)
     holes = np.isnan(values)
     if missing is not None:
@@ -371,15 +371,8 @@ def prepare(recording: Any, missing: NDArray[np.bool_] | None = None) -> SampleD
         name: without_steps(bridge_gaps(np.asarray(values)))
         for name, values in dict(recording.covariates).items()
     }
-    ordinates = _kernels.cosine_transform(filled)
-    return SampleData(
-        filled,
-        ordinates,
-        float(recording.rate),
-        bins_with_stop_band(ordinates),
-        covariates,
-        missing=holes if there < holes.size else None,
-        functions=series_cache(filled.size),
+    return _sample_data(
+        filled, holes if there < holes.size else None, float(recording.rate), covariates
     )
 
 
@@ -411,22 +404,22 @@ def _require_noise(filled: Array, label: str) -> None:
     check_size(filled, label, "a fit")
 
 
+def _sample_data(
+    filled: Array,
+    missing: NDArray[np.bool_] | None,
+    rate: float,
+    covariates: Mapping[str, Array],
+    start: float = 0.0,
+) -> SampleData:
+    """`SampleData` of the bridged samples `filled`, which are not completed yet, with empty caches."""
+    ordinates, cache = _kernels.cosine_transform(filled), series_cache(filled.size)
+    bins = bins_with_stop_band(ordinates)
+    return SampleData(filled, ordinates, rate, bins, covariates, start, missing, functions=cache)
+
+
 def without_samples(data: Data, missing: NDArray[np.bool_]) -> Data:
     """`Data` in which the samples of the mask `missing` are missing too, and bridged; with empty caches."""
     filled = bridge_gaps(data.samples, missing)
     if data.missing is not None:
         missing = missing | data.missing
-    ordinates = _kernels.cosine_transform(filled)
-    return replace(
-        data,
-        samples=filled,
-        ordinates=ordinates,
-        bins=bins_with_stop_band(ordinates),
-        missing=missing,
-        gain=None,
-        mixing=None,
-        completions=(),
-        functions=series_cache(data.n),
-        lowest=ArrayCache(CACHE_BYTES_LOWEST),
-        of_bins=ArrayCache(CACHE_BYTES_LOWEST),
-    )
+    return _sample_data(filled, missing, data.rate, data.covariates, data.start)

@@ -11,7 +11,9 @@ from allanite.common.arrays import Array
 from allanite.effects import CATALOG, Deterministic, Effect, Modifier, Stochastic
 from allanite.fit.engine import solve, with_coefficients
 from allanite.fit.estimates import min_detected_delta_logl
+from allanite.fit.kept import kept_with_fit
 from allanite.fit.likelihood.random_part import RandomPart
+from allanite.fit.models import without_effect
 from allanite.fit.rivals.columns import follow_columns_consistently
 from allanite.fit.rivals.evidence import MAX_RIVAL_LOG_EVIDENCE, evidence_gain
 from allanite.fit.shapes.matched import grid_points, matched_gains, slow_families
@@ -57,10 +59,23 @@ def is_removable(effect: Effect) -> bool:
     return not (white or removes or fixed)
 
 
-def alternatives(fit: Fit, place: int) -> Iterator[Alternative]:
-    """Iterator over `Alternative` fits in which another kind of effect replaces the effect at index `place`.
+@kept_with_fit
+def solution_without(fit: Fit, *places: int) -> Solution:
+    """`Solution` of the model without the effects at the indices `places`; kept with the fit.
 
-    The other kinds are its declared alternatives (`Effect.may_be`). The iterator is empty for an effect that may not be
+    The coefficients of the other effects are fitted again, but their shapes are kept.
+    """
+    model = fit.model
+    for place in sorted(places, reverse=True):
+        model = without_effect(model, place)
+    return solve(fit.data, model, like=fit.solution, polish=False)
+
+
+@kept_with_fit
+def alternatives(fit: Fit, place: int) -> tuple[Alternative, ...]:
+    """Tuple of `Alternative` fits in which another kind of effect replaces the effect at index `place`; kept with the fit.
+
+    The other kinds are its declared alternatives (`Effect.may_be`). The tuple is empty for an effect that may not be
     removed, that is neither spectral nor a slow function, or that is the only effect. A replacement is omitted if it is 28
     nats below the fit before shapes are optimized, if it is not detected, or if it follows a logged column with different
     signs at slow and fast time scales (`follow_columns_consistently`).
@@ -68,9 +83,9 @@ def alternatives(fit: Fit, place: int) -> Iterator[Alternative]:
     out = fit.model.effects[place]
     is_slow = isinstance(out, Deterministic) and out.low
     if not (is_slow or out.is_tried_in_spectrum()) or not is_removable(out) or len(fit.model) == 1:
-        return
+        return ()
     # The shapes of the other effects stay; the replacement is fitted completely later, before it is accepted.
-    base = fit.solution_without(place)
+    base, found = solution_without(fit, place), []
     min_log_likelihood = (
         fit.solution.log_likelihood - MAX_RIVAL_LOG_EVIDENCE - MAX_POLISH_DELTA_LOGL
     )
@@ -85,7 +100,9 @@ def alternatives(fit: Fit, place: int) -> Iterator[Alternative]:
         detected = risen > min_detected_delta_logl(effect)
         if not detected or not follow_columns_consistently((effect,), solution, fit.data):
             continue
-        yield Alternative(effect, solution, evidence_gain(solution, fit.solution, fit.data))
+        evidence = evidence_gain(solution, fit.solution, fit.data)
+        found.append(Alternative(effect, solution, evidence))
+    return tuple(found)
 
 
 def fit_replacement(

@@ -10,6 +10,7 @@ import numpy as np
 
 from allanite.effects import CATALOG, Deterministic, Effect, Model, Modifier, Stochastic
 from allanite.fit.engine import solve
+from allanite.fit.kept import kept_with_fit
 from allanite.fit.rivals.alternatives import (
     MAX_POLISH_DELTA_LOGL,
     Scan,
@@ -18,6 +19,7 @@ from allanite.fit.rivals.alternatives import (
     is_detected,
     is_removable,
     slow_scans,
+    solution_without,
 )
 from allanite.fit.rivals.evidence import (
     MAX_RIVAL_LOG_EVIDENCE,
@@ -44,7 +46,7 @@ MAX_FITTED_PAIRS = 6
 MIN_ORTHOGONAL_ENERGY = 1e-3
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Pair:
     """A model whose last two effects replace one; its shapes are from a grid.
 
@@ -74,11 +76,13 @@ def can_be_split(effect: Effect) -> bool:
     return isinstance(effect, Deterministic) and effect.low
 
 
+@kept_with_fit
 def alternatives_to_pairs(fit: Fit) -> tuple[tuple[float, tuple[int, int], Solution], ...]:
     """Tuple of (ln evidence minus that of the fit, indices, solution): models in which others replace two processes.
 
     `indices` are the places of the two replaced effects: detected random processes that drift slowly and may be removed.
-    One or two processes of other kinds replace them. Models whose evidence is lower by 3 nats or more are omitted.
+    One or two processes of other kinds replace them. Models whose evidence is lower by 3 nats or more are omitted. The
+    tuple is kept with the fit.
     """
     effects = fit.model.effects
     wandering = [
@@ -94,7 +98,7 @@ def alternatives_to_pairs(fit: Fit) -> tuple[tuple[float, tuple[int, int], Solut
             for cls in CATALOG
             if _wanders(cls) and cls.is_tried_in_spectrum() and cls.kind not in removed
         ]
-        base = fit.solution_without(*out)
+        base = solution_without(fit, *out)
         ones = [one for cls in kinds if (one := fit_replacement(cls, base, fit.data)) is not None]
         twos = [
             two
@@ -119,17 +123,18 @@ def _wanders(cls: type[Effect]) -> bool:
     return issubclass(cls, Stochastic) and cls.wanders
 
 
-def alternative_pairs(fit: Fit, place: int) -> list[Pair]:
-    """List of `Pair`, the highest evidence first: two effects that may replace the one at index `place`.
+@kept_with_fit
+def alternative_pairs(fit: Fit, place: int) -> tuple[Pair, ...]:
+    """Tuple of `Pair`, the highest evidence first: two effects that may replace the one at index `place`.
 
     At least one of the two is a declared alternative of that effect. Only the best pair of the same two kinds is listed,
-    and only if its evidence is less than 3 nats below that of the fit.
+    and only if its evidence is less than 3 nats below that of the fit. The tuple is kept with the fit.
     """
     out = fit.model.effects[place]
     splits = can_be_split(out) or (isinstance(out, Modifier) and is_removable(out))
     if not splits or len(fit.model) == 1:
-        return []
-    base, had = fit.solution_without(place), evidence(fit.solution)
+        return ()
+    base, had = solution_without(fit, place), evidence(fit.solution)
     search = _PairSearch(fit.data, out, base, had - MAX_RIVAL_LOG_EVIDENCE)
     found = [Pair(value - had, model) for value, model in search.pairs()]
     # Only the best pair of each two kinds stays.
@@ -137,7 +142,13 @@ def alternative_pairs(fit: Fit, place: int) -> list[Pair]:
     for pair in sorted(found, key=lambda pair: -pair.evidence):
         if pair.evidence > -MAX_RIVAL_LOG_EVIDENCE:
             best.setdefault(frozenset(pair.kinds), pair)
-    return list(best.values())
+    return tuple(best.values())
+
+
+@kept_with_fit
+def solution_with_pair(fit: Fit, pair: Pair) -> Solution:
+    """`Solution` of the model in which one of its `alternative_pairs` is used, with fitted shapes; kept with the fit."""
+    return solve(fit.data, pair.model, like=fit.solution)
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,8 +11,10 @@ import numpy as np
 from allanite.common.arrays import Array
 from allanite.common.parameters import NORMAL, Estimate
 from allanite.fit.estimates import estimates, has_interval
+from allanite.fit.kept import kept_with_fit
 from allanite.fit.rivals.alternatives import is_detected
 from allanite.fit.rivals.evidence import MAX_RIVAL_LOG_EVIDENCE, evidence_gain
+from allanite.fit.rivals.pairs import solution_with_pair
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -77,12 +79,13 @@ class _Distribution:
         return float(ndtr(NORMAL * score))
 
 
+@kept_with_fit
 def undecided(fit: Fit) -> Undecided | None:
     """`Undecided`: other models whose ln evidence is less than 3 nats lower, and intervals averaged over all of them.
 
     The models replace effects by their declared alternatives. The probability of a model is proportional to its evidence
     (Hoeting et al. 1999, Statist. Sci. 14, eq. 2). None if there is no other model, or for a fit by another method than
-    `whittle`.
+    `whittle`. Kept with the fit.
     """
     if fit.method != "whittle":
         return None
@@ -98,11 +101,10 @@ def undecided(fit: Fit) -> Undecided | None:
     leads = np.array([lead for lead, _ in found.values()])
     weights = np.exp(leads - leads.max())
     weights /= weights.sum()
-    unit, units = fit.recording.unit, fit.recording.covariate_units
     solutions = [solution for _, solution in found.values()]
     chosen = _coefficients_by_kind(fit.model, fit.estimates)
     every = [chosen] + [
-        _coefficients_by_kind(s.model, estimates(s, fit.data, unit, units)) for s in solutions[1:]
+        _coefficients_by_kind(s.model, estimates(s, fit.data, fit.recording)) for s in solutions[1:]
     ]
     intervals = tuple(
         {
@@ -162,7 +164,7 @@ def _other_models(fit: Fit) -> Iterator[tuple[float, Solution]]:
                 yield other.evidence, other.solution
         for pair in fit.alternative_pairs(place):
             if not any(e.happens_once for e in pair.model.effects[-2:]):
-                solution = fit.solution_with(pair, place)
+                solution = solution_with_pair(fit, pair)
                 yield evidence_gain(solution, fit.solution, fit.data), solution
 
 

@@ -16,6 +16,7 @@ from allanite.study.judgement import (
 )
 from allanite.study.relations import is_same_feature, lies_mostly_within
 from allanite.study.state import places_lost
+from allanite.suggestion.check import last_check
 from allanite.suggestion.constants import MAX_FORMS_TRIED
 
 if TYPE_CHECKING:
@@ -76,7 +77,7 @@ def with_second_effect(
         return first if score_change(after.fit, first[0].fit) > MAX_RIVAL_LOG_EVIDENCE else None
     if first is not None and not allan_error_rises(before.fit, first[0].fit):
         return first
-    second = _first_tolerable_pair(before, after, after.fit.last_check.significant)
+    second = _first_tolerable_pair(before, after, last_check(after.fit).significant)
     if first is None or (second and allan_error_rises(second[0].fit, first[0].fit)):
         return second
     return first

@@ -12,6 +12,7 @@ from allanite.fit.rivals.alternatives import (
     MAX_POLISH_DELTA_LOGL,
     is_detected,
     is_removable,
+    solution_without,
 )
 from allanite.fit.rivals.evidence import evidence_gain
 from allanite.fit.rivals.score import prior
@@ -77,8 +78,8 @@ def _is_line_needed_as_before(before: State, after: State, number: int) -> bool:
     if number not in before.numbers or not after.fit.model.effects[place].periodic:
         return False
     earlier = before.numbers.index(number)
-    old = gain_without(before.fit, earlier, before.fit.solution_without(earlier))
-    new = gain_without(after.fit, place, after.fit.solution_without(place))
+    old = gain_without(before.fit, earlier, solution_without(before.fit, earlier))
+    new = gain_without(after.fit, place, solution_without(after.fit, place))
     return new < old + MIN_SCORE_GAIN
 
 
@@ -93,7 +94,7 @@ def models_with_one_dropped(
     for place in state.added:
         if _may_be_dropped(fit, place, needed):
             less = without_effect(fit.model, place)
-            yield gain_without(fit, place, fit.solution_without(place)), (place,), less
+            yield gain_without(fit, place, solution_without(fit, place)), (place,), less
 
 
 def gain_without(fit: Fit, place: int, less: Solution) -> float:
@@ -139,7 +140,7 @@ def _fit_if_needless(fit: Fit, place: int, given: bool) -> Fit | None:
 
     less = without_effect(fit.model, place)
     # With fixed shapes the gain is a lower bound. If it is far below the limit, the full fit is not needed.
-    if gains(fit.solution_without(place)) < -MAX_POLISH_DELTA_LOGL:
+    if gains(solution_without(fit, place)) < -MAX_POLISH_DELTA_LOGL:
         return None
     found = refitted(fit, less)
     return found if gains(found.solution) > 0.0 else None

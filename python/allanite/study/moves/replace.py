@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from allanite.effects import Modifier
 from allanite.fit.rivals.alternatives import is_detected
 from allanite.fit.rivals.evidence import MAX_RIVAL_LOG_EVIDENCE, evidence_gain
+from allanite.fit.rivals.pairs import solution_with_pair
 from allanite.fit.rivals.score import is_broad, prior_change, replacing_prior
 from allanite.suggestion.constants import MIN_SCORE_GAIN
 
@@ -56,7 +57,7 @@ def models_with_split(fit: Fit) -> Iterator[tuple[float, tuple[int, ...], Model]
                 rarer = min(replacing_prior(effect) for effect in pair.model.effects[-2:])
                 # A lead above 3 nats always gives more than 0.5.
                 price = min(replacing_prior(out) - rarer, MAX_RIVAL_LOG_EVIDENCE - MIN_SCORE_GAIN)
-                found = fit.solution_with(pair, place)
+                found = solution_with_pair(fit, pair)
                 lead = evidence_gain(found, fit.solution, fit.data)
                 yield lead - price, (place,), found.model
 
