@@ -291,8 +291,8 @@ def _effects_on_joint_border(
     curves within the region lie above the true curve at all frequencies at once, with a probability of 95 % (linear
     approximation). Values are clipped to the range of the parameter.
 
-    The list is empty if this region is unknown, or if an alternative model raised the upper limit of the coefficient
-    above its interval.
+    The list is empty if this region is unknown or has too many dimensions, or if an alternative model raised the upper
+    limit of the coefficient above its interval.
     """
     effect, label = fitted.effect, fitted.label
     if not isinstance(effect, Stochastic) or not effect.free_shapes:

@@ -111,7 +111,7 @@ class Job:
 
     @contextmanager
     def uncancelable(self) -> Iterator[None]:
-        """Context manager in which `cancel` waits for its end; raises `Ended` if the job was canceled before."""
+        """Context manager for which `cancel` waits; raises `Ended` if the job was canceled before."""
         with self._gate:
             self.progress(1, 1)
             yield

@@ -158,7 +158,7 @@ class Uploads:
         OwnedFolder.remove_abandoned(self.KIND)
 
     def new_path(self, name: str) -> Path:
-        """`Path` of a new file for an upload, with the suffix of `name` if a reader knows it, otherwise ``.csv``."""
+        """`Path` of a new upload with the suffix of `name` if a reader knows it (or ``.json``), otherwise ``.csv``."""
         if self._folder is None:
             self._folder = OwnedFolder(self.KIND)
         self._count += 1

@@ -25,7 +25,7 @@ def _recording(seed, *dampings):
 @pytest.mark.long
 @pytest.mark.parametrize("damping", [0.005, 0.0058, 0.0062, 0.0066, 0.008])
 def test_nothing_is_missing_beside_them(damping):
-    """Half of them are narrow enough to be fitted to ordinates; moving them across must gain no candidate anything."""
+    """Some of these bands count as narrow; a candidate must gain nothing by moving one across this limit."""
     study = al.improve(_recording(2, damping, damping), "N")
     assert [e.kind for e in study.fit.model.effects[1:]] == ["resonance"] * 2, study
     assert study.adequate, study

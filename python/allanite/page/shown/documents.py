@@ -46,7 +46,7 @@ class GeneratedFile:
 
 
 def targets(recording: Recording) -> list[list[str]]:
-    """List of [file name, title] of the export formats for a log; those of an IMU only if all columns are inertial."""
+    """List of [file name, title] of the export formats for a log; those of an IMU only if no column has the unit 1."""
     from allanite.exports import TARGETS
 
     other = any(parse_unit(unit).kind == RATIO for unit in recording.units)
@@ -55,10 +55,10 @@ def targets(recording: Recording) -> list[list[str]]:
 
 
 def open_upload(tab: Tab, source: Source, role: str) -> None:
-    """Open an uploaded file: ``sheet`` is a data sheet, ``compare`` a log for comparison, else a log.
+    """Open an uploaded file: ``sheet`` is a data sheet, ``compare`` a log for comparison, else a log that a job opens.
 
-    A log is also added to the list of logs if its rate or unit is unknown. Raises `InputError` if the file cannot be
-    read as this `role`; the tab then keeps nothing of it.
+    Such a log is added to the list of logs even if its rate or unit is unknown. Raises `InputError` if the file cannot
+    be read as this `role`; the tab then keeps nothing of it.
     """
     if role == "sheet":
         _open_sheet(tab, source)
