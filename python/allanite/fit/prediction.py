@@ -124,7 +124,7 @@ def predict(data: Data, solution: Solution, raw: Data | None = None) -> Predicti
                 n = number[fold][b]
                 power = total[fold][b] / n
                 best = -0.5 * float(n @ (np.log(saturated[fold][b] / n) + 1.0))
-                units[fold, g] = best - _log_likelihood(
+                units[fold, g] = best - log_likelihood_of_bins(
                     power, n, found.spectrum[b], found.scale, cell[b]
                 )
     blocks = (
@@ -137,7 +137,7 @@ def predict(data: Data, solution: Solution, raw: Data | None = None) -> Predicti
     return Prediction(losses, float(losses.sum()) / size, _std_error(losses) / size)
 
 
-def _log_likelihood(
+def log_likelihood_of_bins(
     power: Array, count: Array, spectrum: Array, scale: int | None, cell: NDArray[np.int64]
 ) -> float:
     """logL, nats, of the measured `power` of a few bins under the expected `spectrum`, as by `marginal_likelihood`.

@@ -1,7 +1,8 @@
 """Confusion matrix of the catalog: the effect of a record, and the effect that the check names first.
 
 The records are those of benches/decisions, where the true model gains a log-likelihood of more than 30. Here each
-effect has one record, or three with ALLANITE_FULL=1; the benchmark uses many seeds.
+effect has one record, or three with ALLANITE_FULL=1; the benchmark uses many seeds. test_usual_effects.py has weaker
+effects, ten records of each, and also tests their intervals.
 """
 
 import runpy
@@ -36,7 +37,7 @@ def test_every_effect_has_a_record():
     assert set(NAMED_FIRST) < set(HIDDEN)
 
 
-@pytest.mark.slow
+@pytest.mark.statistical
 @pytest.mark.parametrize("kind", HIDDEN)
 def test_the_check_names_one_effect_first(kind):
     """At most one of three records has another first suggestion; the benchmark measures the share."""

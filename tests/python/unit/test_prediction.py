@@ -10,10 +10,10 @@ from allanite.fit.prediction import (
     BLOCKS,
     FOLDS,
     MIN_PREDICTED_SAMPLES,
-    _log_likelihood,
     block_losses,
     compare,
     function_costs,
+    log_likelihood_of_bins,
     predict,
     predicts_worse,
 )
@@ -72,7 +72,7 @@ def test_a_few_bins_are_judged_as_all_are(scale):
     whole = marginal_likelihood(power, count, spectrum, scale).log_likelihood
     cell = np.arange(5)
     parts = (
-        _log_likelihood(power[p], count[p], spectrum[p], scale, cell[p])
+        log_likelihood_of_bins(power[p], count[p], spectrum[p], scale, cell[p])
         for p in (slice(2), slice(2, 5))
     )
     assert sum(parts) == pytest.approx(whole, rel=1e-12)

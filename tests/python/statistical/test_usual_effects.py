@@ -186,7 +186,7 @@ def _clean(kind, found):
 @pytest.mark.parametrize(
     "kind", nightly(CASES, "covariate", "bandwidth", "warm_up", "rate_random_walk")
 )
-def test_every_effect_at_the_edge(kind):
+def test_usual_effects_at_the_edge(kind):
     found = halves(lambda seed: _one(kind, seed), SEEDS, lambda first: _clean(kind, first))
     gains = [0.0 if hit is None else hit.delta_log_likelihood for _, hit, *_ in found]
     told = f"ΔlogL {np.mean(gains):.1f} ± {np.std(gains):.1f}; first: " + ", ".join(
