@@ -95,7 +95,7 @@ SWITCHES: dict[str, tuple[str, str, Callable[..., Any], Callable[[Any, Any], boo
     "add: effects inside an excluded segment leave": (ADD, "lies_mostly_within", _no, _true),
     "drop": (STEPS, "without_needless", _none, _some),
     "replace": (STEPS, "models_with_replacement", _nothing, _promising),
-    "split": (STEPS, "models_with_split", _nothing, _promising),
+    "split": ("allanite.fit.rivals.pairs", "alternative_pairs", _nothing, _true),
     "merge: a stack becomes a nameless shape": (STEPS, "with_nameless_shape", _none, _some),
     "merge: lines become a wandering line": (STEPS, "with_wandering_line", _none, _some),
     "merge: excursions": (STEPS, "with_merged_excursions", _none, _some),

@@ -35,7 +35,7 @@ from allanite.study.moves.merge import (
     with_wandering_line,
 )
 from allanite.study.moves.narrow_bands import with_harmonics_or_side_bands
-from allanite.study.moves.replace import models_with_replacement, models_with_split
+from allanite.study.moves.replace import models_with_replacement
 from allanite.study.state import state_of
 from allanite.suggestion import explain_same_misfit
 from allanite.suggestion.constants import (
@@ -141,7 +141,7 @@ def best_replacement(ladder: Sequence[Rung]) -> Rung | None:
     least = max(lead(rung.fit) for rung in alike)
     least -= MAX_RIVAL_LOG_EVIDENCE
     less = models_with_one_dropped(before, kinds_added_again(ladder))
-    changes = (*less, *models_with_replacement(fit), *models_with_split(fit))
+    changes = (*less, *models_with_replacement(fit))
     for promised, places, model in sorted(changes, key=lambda change: -change[0]):
         if promised <= MIN_SCORE_GAIN:
             break

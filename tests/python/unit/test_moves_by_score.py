@@ -8,7 +8,7 @@ import generators as g
 from allanite.fit import refitted
 from allanite.fit.rivals.evidence import evidence_gain
 from allanite.study.moves.drop import models_with_one_dropped, without_needless_effects
-from allanite.study.moves.replace import models_with_split
+from allanite.study.moves.replace import models_with_replacement
 from allanite.study.state import State
 
 RATE = 50.0
@@ -63,7 +63,9 @@ def test_a_split_promises_what_its_refit_gains():
     fit = al.fit_model(al.Recording(samples, 1.0, unit="deg/s"), "N+K")
     lasting = {"gauss_markov", "bias_instability", "rate_ramp", "quantization"}
     clear = 0
-    for promised, places, model in models_with_split(fit):
+    for promised, places, model in models_with_replacement(fit):
+        if len(model) < 3:
+            continue  # one effect instead of the random walk
         assert places == (1,)
         gain = evidence_gain(refitted(fit, model).solution, fit.solution, fit.data)
         # Two effects replace a random walk by evidence alone if both last; a pair with a one-time event costs 2.5 nats.

@@ -27,7 +27,7 @@ from allanite.fit.rivals.evidence import (
     evidence_gain,
     parameter_cost,
 )
-from allanite.fit.rivals.score import is_broad
+from allanite.fit.rivals.score import is_broad, replacing_prior
 from allanite.fit.shapes.matched import filter_ordinates
 
 if TYPE_CHECKING:
@@ -151,6 +151,12 @@ def solution_with_pair(fit: Fit, pair: Pair) -> Solution:
     return solve(fit.data, pair.model, like=fit.solution)
 
 
+def _expected_score(found: tuple[float, Effect]) -> float:
+    """ΔlogL of a slow function minus the cost of its parameters plus its prior, nats, from (ΔlogL, function)."""
+    gain, effect = found
+    return gain - effect.numbers * parameter_cost(2.0 * gain) + replacing_prior(effect)
+
+
 @dataclass(frozen=True, slots=True)
 class _PairSearch:
     """Search of pairs that replace the effect `out`, which `base` is fitted without, with at least `min_evidence`."""
@@ -176,7 +182,7 @@ class _PairSearch:
             processes = self._fits_with_process()
             return [pair for one in processes for pair in self._with_second_effect(one, filters)]
         scans = list(self._scans(self.base))
-        slow = sorted(best_of_kinds(scans).values(), key=lambda each: -each[0])
+        slow = sorted(best_of_kinds(scans).values(), key=_expected_score, reverse=True)
         found = self._function_pairs(scans)
         del scans  # directions of all grid points
         starts = [

@@ -11,17 +11,12 @@ import numpy as np
 from allanite.common.arrays import Array
 from allanite.common.parameters import NORMAL, Estimate
 from allanite.fit.estimates import estimates, has_interval
-from allanite.fit.kept import kept_with_fit
-from allanite.fit.rivals.alternatives import is_detected
-from allanite.fit.rivals.evidence import MAX_RIVAL_LOG_EVIDENCE, evidence_gain
-from allanite.fit.rivals.pairs import solution_with_pair
+from allanite.fit.rivals.evidence import MAX_RIVAL_LOG_EVIDENCE
+from allanite.fit.rivals.replacements import replacements
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from allanite.effects import Effect, Model
     from allanite.fit.result import Fit
-    from allanite.fit.solution import Solution
 
 #: Probabilities below the ends of a central 95 % interval.
 INTERVAL_PROBABILITIES = (0.025, 0.975)
@@ -81,17 +76,20 @@ class _Distribution:
 
 @kept_with_fit
 def undecided(fit: Fit) -> Undecided | None:
-    """`Undecided`: other models whose ln evidence is less than 3 nats lower, and intervals averaged over all of them.
+    """`Undecided`: other models whose score is less than 3 nats lower, and intervals averaged over all of them.
 
-    The models replace effects by their declared alternatives. The probability of a model is proportional to its evidence
+    The models replace effects by their declared alternatives. The score is the ln evidence plus the prior
+    (`Replacement.prior`), as in the search. The probability of a model is proportional to exp(score)
     (Hoeting et al. 1999, Statist. Sci. 14, eq. 2). None if there is no other model, or for a fit by another method than
     `whittle`. Kept with the fit.
     """
     if fit.method != "whittle":
         return None
     found = {_kinds(fit.model): (0.0, fit.solution)}
-    for lead, solution in _other_models(fit):
-        if lead <= -MAX_RIVAL_LOG_EVIDENCE:
+    for other in replacements(fit):
+        lead, solution = other.lead + other.prior, other.solution
+        # The evidence of an event lacks the cost of the many times at which it was tried.
+        if lead <= -MAX_RIVAL_LOG_EVIDENCE or any(effect.happens_once for effect in other.new):
             continue
         name = _kinds(solution.model)
         if name not in found or found[name][0] < lead:
@@ -147,25 +145,6 @@ def _replacements(
 def _kinds(model: Model) -> tuple[str, ...]:
     """Sorted tuple of the kinds of the effects of a model."""
     return tuple(sorted(effect.kind for effect in model))
-
-
-def _other_models(fit: Fit) -> Iterator[tuple[float, Solution]]:
-    """Iterator over (ln evidence minus that of the fit, solution): models with other effects instead of one or two.
-
-    Only detected effects are replaced. Events that happen once are no replacements: their evidence lacks the cost of the
-    many times at which they were tried. The same model may occur twice.
-    """
-    yield from ((lead, solution) for lead, _, solution in fit.alternatives_to_pairs)
-    for place in range(len(fit.model)):
-        if not is_detected(fit, place):
-            continue
-        for other in fit.alternatives(place):
-            if not other.effect.happens_once:
-                yield other.evidence, other.solution
-        for pair in fit.alternative_pairs(place):
-            if not any(e.happens_once for e in pair.model.effects[-2:]):
-                solution = solution_with_pair(fit, pair)
-                yield evidence_gain(solution, fit.solution, fit.data), solution
 
 
 def _coefficients_by_kind(

@@ -1,0 +1,60 @@
+"""Models in which other effects replace one or two effects of a fit, with their lead in score."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from allanite.fit.rivals.alternatives import is_detected
+from allanite.fit.rivals.evidence import MAX_RIVAL_LOG_EVIDENCE, evidence_gain
+from allanite.fit.rivals.score import replacing_prior
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from allanite.effects import Effect
+    from allanite.fit.result import Fit
+    from allanite.fit.solution import Solution
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Replacement:
+    """A fit in which the effects `new`, the last of its model, replace the effects `out` at `places` of another model.
+
+    `lead` is its ln evidence minus that of the other model, nats.
+    """
+
+    lead: float
+    places: tuple[int, ...]
+    out: tuple[Effect, ...]
+    new: tuple[Effect, ...]
+    solution: Solution
+
+    @property
+    def prior(self) -> float:
+        """Change of the score by priors, nats, limited to ±3.
+
+        The rarest effect of each side counts, so that the number of effects makes no difference.
+        """
+        change = min(map(replacing_prior, self.new)) - min(map(replacing_prior, self.out))
+        return min(max(change, -MAX_RIVAL_LOG_EVIDENCE), MAX_RIVAL_LOG_EVIDENCE)
+
+
+def replacements(fit: Fit) -> Iterator[Replacement]:
+    """Iterator over `Replacement`: the declared alternatives of each detected effect and of each two slow processes.
+
+    One or two effects replace one, or two slow processes. The same model may occur twice.
+    """
+    effects = fit.model.effects
+    for lead, places, solution in fit.alternatives_to_pairs:
+        new = solution.model.effects[len(effects) - len(places) :]
+        yield Replacement(lead, places, tuple(effects[p] for p in places), new, solution)
+    for place, out in enumerate(effects):
+        if not is_detected(fit, place):
+            continue
+        for one in fit.alternatives(place):
+            yield Replacement(one.evidence, (place,), (out,), (one.effect,), one.solution)
+        for pair in fit.alternative_pairs(place):
+            solution = fit.solution_with(pair, place)
+            lead = evidence_gain(solution, fit.solution, fit.data)
+            yield Replacement(lead, (place,), (out,), solution.model.effects[-2:], solution)
