@@ -168,7 +168,7 @@ def undecided_sentence(fit: Fit, found: Undecided) -> str:
     """Sentence that names up to three other models that explain the record equally well, and the widened intervals.
 
     Only intervals that are clearly wider (`is_wider`) are given. Below a probability of 5 % of the fitted model, the
-    sentence says that the likelihood favors the others.
+    sentence says that the record favors the others.
     """
     (own, share), *others = found.models
     others = sorted(others, key=lambda model: -model[1])
@@ -177,7 +177,7 @@ def undecided_sentence(fit: Fit, found: Undecided) -> str:
         names += f" and {len(others) - MAX_NAMED_MODELS} more"
     sentence = f"this record cannot distinguish {own} ({_percent(share)}) from {names}"
     if share < MIN_CHOSEN_PROBABILITY:
-        sentence = f"the likelihood alone favors {names} over {own} ({_percent(share)})"
+        sentence = f"the record favors {names} over {own} ({_percent(share)})"
     wider = []
     every = zip(fit.model.effects, fit.model.labels, fit.estimates, found.intervals, strict=True)
     for effect, label, values, intervals in every:

@@ -71,10 +71,13 @@ def tried_and_dropped(ladder: Sequence[Rung]) -> tuple[Effect, ...]:
 
 
 def _is_direct(ladder: Sequence[Rung]) -> bool:
-    """True if the search dropped no added effect and raised no error beyond its scatter."""
+    """True if the search dropped no added effect and none that came back, and raised no error beyond its scatter."""
+    last = {effect.kind for effect in ladder[-1].fit.model}
     steps = itertools.pairwise(ladder)
     return all(
-        len(rung.removed) == rung.dropped_start and no_error_rises(before.fit, rung.fit)
+        len(rung.removed) == rung.dropped_start
+        and not last & set(rung.removed)
+        and no_error_rises(before.fit, rung.fit)
         for before, rung in steps
     )
 
@@ -82,12 +85,17 @@ def _is_direct(ladder: Sequence[Rung]) -> bool:
 def _kept_new_and_leaving(
     ladder: Sequence[Rung],
 ) -> tuple[list[Effect], list[Effect], list[Effect]]:
-    """Tuple of three lists of effects: in both the first and the last model, only in the last, only in the first."""
+    """Tuple of three lists of effects: in both the first and the last model, only in the last, only in the first.
+
+    A standard effect of the first model that was dropped and came back counts as kept.
+    """
     last = state_of(ladder)
-    kept = [e for p, e in enumerate(last.fit.model) if last.is_given(p)]
-    new = [last.fit.model.effects[p] for p in last.added]
     leaving = [e for p, e in enumerate(ladder[0].fit.model) if p not in last.numbers]
-    return kept, new, leaving
+    back = {e.kind for e in leaving if e.standard is not None}
+    back &= {last.fit.model.effects[p].kind for p in last.added}
+    kept = [e for p, e in enumerate(last.fit.model) if last.is_given(p) or e.kind in back]
+    new = [e for p in last.added if (e := last.fit.model.effects[p]).kind not in back]
+    return kept, new, [e for e in leaving if e.kind not in back]
 
 
 def _by_delta_logl(

@@ -83,7 +83,7 @@ def test_the_loop(tab):
     kinds = tab.locator(".chip").evaluate_all("chips => chips.map(c => c.dataset.kind)")
     assert {"gauss_markov", "sinusoid"} <= set(kinds)
     told = re.compile(
-        r"(This record cannot distinguish N\+|By its likelihood alone|No other model).*\.$"
+        r"(This record cannot distinguish N\+|The record favors|No other model).*\.$"
     )
     assert told.search(tab.get_by_label("Alternative explanations").inner_text())
     tab.keyboard.press("Control+z")

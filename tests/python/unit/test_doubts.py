@@ -127,3 +127,35 @@ def test_an_interval_of_negative_values_is_named(ends, words):
     found = Undecided((("N+R", 0.6), ("N+K", 0.4)), ({}, {"R": ends}))
     sentence = undecided_sentence(fit, found)
     assert f"over all of them {words}" in sentence
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_lag_and_a_ramp_are_listed_beside_flicker(seed):
+    """The correlation time of the lag alone is ten times too long; only beside the ramp it is right."""
+    rng = np.random.default_rng([seed, 21])
+    n, rate = 20_000, 20.0
+    x = g.white(rng, n, rate, 0.01) + g.gauss_markov(rng, n, rate, 2e-3, 10.0)
+    fit = al.fit_model(al.Recording(x + 9e-6 * np.arange(n) / 10.0, rate), "N+B")
+    kinds = [{effect.kind for effect in pair.model.effects[-2:]} for pair in fit.alternative_pairs(1)]
+    assert {"gauss_markov", "rate_ramp"} in kinds
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_no_alternative_is_much_more_likely_than_the_model_shown(seed):
+    """A weak walk beside slow drifts, which a power law describes as well: it needs 3 nats more than a standard effect."""
+    rng = np.random.default_rng([seed, 74])
+    n, rate = 30_000, 1.0
+    x = g.white(rng, n, rate, 0.02) + g.walk(rng, n, rate, 3e-4)
+    x += g.settling(n, rate, 900.0, 0.05)
+    study = al.improve(al.Recording(x, rate), "N+B+K")
+    models = study.undecided.models if study.undecided else ((study.fit.model.name, 1.0),)
+    assert max(p for _, p in models) <= models[0][1] * np.exp(0.5)
+
+
+def test_no_alternatives_are_listed_for_a_fit_that_is_not_adequate():
+    """The intervals of such a fit do not hold, and those averaged over the alternatives do not either."""
+    rng = np.random.default_rng(75)
+    x = g.white(rng, 20_000, 10.0, 0.02) + g.gauss_markov(rng, 20_000, 10.0, 0.05, 3.0)
+    fit = al.fit_model(al.Recording(x, 10.0), "N+K")
+    assert not fit.adequate
+    assert fit.undecided is None

@@ -69,3 +69,15 @@ def test_steps_stay_in_the_order_of_the_search_if_the_time_ends(monkeypatch):
     assert study.ladder == tuple(search.ladder)
     assert study.fit.model.name == "N+K"
     assert study.stopped_because == stop == "adequate"
+
+
+@pytest.mark.parametrize("seed", [1, 4])
+def test_no_step_drops_an_effect_that_the_last_model_has(seed):
+    """A ramp beside a weak walk: the search takes the walk of the start for the ramp, and adds it again."""
+    rng = np.random.default_rng([seed, 73])
+    n, rate = 28_000, 10.0
+    x = g.white(rng, n, rate, 0.0136) + g.walk(rng, n, rate, 1.2e-4)
+    study = al.improve(al.Recording(x - 1.1e-5 * np.arange(n) / rate, rate), "N+B+K")
+    last = {e.kind for e in study.fit.model}
+    assert last == {"angle_random_walk", "rate_ramp", "rate_random_walk"}
+    assert not any(last & set(rung.removed) for rung in study.ladder)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from allanite.fit.rivals.alternatives import is_detected
 from allanite.fit.rivals.evidence import MAX_RIVAL_LOG_EVIDENCE, evidence_gain
+from allanite.fit.rivals.pairs import solution_with_pair
 from allanite.fit.rivals.score import replacing_prior
 
 if TYPE_CHECKING:
@@ -55,6 +56,6 @@ def replacements(fit: Fit) -> Iterator[Replacement]:
         for one in fit.alternatives(place):
             yield Replacement(one.evidence, (place,), (out,), (one.effect,), one.solution)
         for pair in fit.alternative_pairs(place):
-            solution = fit.solution_with(pair, place)
+            solution = solution_with_pair(fit, pair)
             lead = evidence_gain(solution, fit.solution, fit.data)
             yield Replacement(lead, (place,), (out,), solution.model.effects[-2:], solution)

@@ -11,6 +11,7 @@ import numpy as np
 from allanite.common.arrays import Array
 from allanite.common.parameters import NORMAL, Estimate
 from allanite.fit.estimates import estimates, has_interval
+from allanite.fit.kept import kept_with_fit
 from allanite.fit.rivals.evidence import MAX_RIVAL_LOG_EVIDENCE
 from allanite.fit.rivals.replacements import replacements
 
@@ -79,11 +80,10 @@ def undecided(fit: Fit) -> Undecided | None:
     """`Undecided`: other models whose score is less than 3 nats lower, and intervals averaged over all of them.
 
     The models replace effects by their declared alternatives. The score is the ln evidence plus the prior
-    (`Replacement.prior`), as in the search. The probability of a model is proportional to exp(score)
-    (Hoeting et al. 1999, Statist. Sci. 14, eq. 2). None if there is no other model, or for a fit by another method than
-    `whittle`. Kept with the fit.
+    (`Replacement.prior`), as in the search. The probability of a model is proportional to exp(score) (Hoeting et al. 1999, Statist. Sci. 14, eq. 2). None if there is no other model, for a fit that is not adequate, because
+    its intervals do not hold, or for another method than `whittle`. Kept with the fit.
     """
-    if fit.method != "whittle":
+    if fit.method != "whittle" or not fit.adequate:
         return None
     found = {_kinds(fit.model): (0.0, fit.solution)}
     for other in replacements(fit):
