@@ -82,9 +82,7 @@ def test_the_loop(tab):
     assert "0\xa0% unexplained ✓" in tab.locator("#ladder [aria-current]").inner_text()
     kinds = tab.locator(".chip").evaluate_all("chips => chips.map(c => c.dataset.kind)")
     assert {"gauss_markov", "sinusoid"} <= set(kinds)
-    told = re.compile(
-        r"(This record cannot distinguish N\+|The record favors|No other model).*\.$"
-    )
+    told = re.compile(r"(This record cannot distinguish N\+|The record favors|No other model).*\.$")
     assert told.search(tab.get_by_label("Alternative explanations").inner_text())
     tab.keyboard.press("Control+z")
     tab.wait_for_selector("#ladder li:nth-child(3)", state="detached")
