@@ -6,7 +6,7 @@ from scipy.signal import lfilter
 
 import allanite as al
 import generators as g
-from allanite.fit.rivals.undecided import Undecided
+from allanite.fit.rivals.undecided import Undecided, undecided
 from allanite.fit.table import undecided_sentence
 
 
@@ -160,4 +160,4 @@ def test_no_alternatives_are_listed_for_a_fit_that_is_not_adequate():
     x = g.white(rng, 20_000, 10.0, 0.02) + g.gauss_markov(rng, 20_000, 10.0, 0.05, 3.0)
     fit = al.fit_model(al.Recording(x, 10.0), "N+K")
     assert not fit.adequate
-    assert fit.undecided is None
+    assert undecided(fit) is None
