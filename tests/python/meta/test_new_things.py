@@ -105,7 +105,7 @@ def test_every_export_has_a_name_a_consumer_and_a_place_on_the_page():
     ]
     assert not loose, f"declare TARGETS in {loose}"
     # test_export.py covers the readers of MATLAB and JSON.
-    tests = (ROOT / "tests" / "python" / "unit").glob("test_export*.py")
+    tests = (ROOT / "tests" / "python" / "unit" / "exports").glob("test_export*.py")
     tried = "\n".join(path.read_text(encoding="utf-8") for path in tests)
     missing = [name for name in TARGETS if f'"{name}"' not in tried]
     assert not missing, (

@@ -12,7 +12,7 @@ import allanite as al
 from allanite.common.units import parse_unit, rate_unit
 from allanite.readers import read_sensors
 
-HERE = Path(__file__).parents[1]
+HERE = Path(__file__).parents[2]
 sys.path.insert(0, str(HERE / "fuzz"))
 import logs  # noqa: E402
 import targets  # noqa: E402

@@ -309,8 +309,8 @@ def test_every_row_of_the_table_is_a_test(data):
     rows = re.findall(r"^\| ([^|]+) \|", data("field/README.md").read_text("utf-8"), re.MULTILINE)
     files = {name for row in rows for name in re.findall(r"[\w.]+\.\w+", row)}
     tests = "\n".join(
-        (Path(__file__).parent / name).read_text("utf-8")
-        for name in ("test_field_logs.py", "test_plausibility.py")
+        (Path(__file__).parents[1] / name).read_text("utf-8")
+        for name in ("readers/test_field_logs.py", "recording/test_plausibility.py")
     )
     assert len(files) > 20
     assert {

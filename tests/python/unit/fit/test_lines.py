@@ -127,7 +127,7 @@ def published(omega, rate):
 def test_published_recipe():
     rng = np.random.default_rng(6)
     x = white(6, 30_000) + np.cumsum(rng.standard_normal(30_000)) * 1e-3
-    example = Path(__file__).parents[3] / "examples" / "mathworks.py"
+    example = Path(__file__).parents[4] / "examples" / "mathworks.py"
     found = runpy.run_path(str(example), run_name="example")["nearest_slopes"](x, RATE)
     # A slope nearest to the wanted one is picked out of 100: equal to rounding unless two tie.
     np.testing.assert_allclose(found, published(x, RATE), rtol=1e-6)
