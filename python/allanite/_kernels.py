@@ -1,44 +1,13 @@
-"""Bindings of the compiled core: array conversion and argument order, nothing else."""
+"""Functions and classes of the compiled core, with their types, and the release of its memory.
+
+Only this module imports the core, so that the import layers know who uses it.
+"""
 
 from __future__ import annotations
 
 from allanite import _core
+from allanite._core import *  # noqa: F403  # a new function of the core needs no line here
 from allanite.common.memory import clear_caches
-
-version = _core.version
-
-# -- spectrum
-cosine_transform = _core.cosine_transform
-inverse_cosine_transform = _core.inverse_cosine_transform
-padded_periodogram = _core.padded_periodogram
-Lapped = _core.Lapped
-add_rows = _core.add_rows
-best_courses = _core.best_courses
-best_pair = _core.best_pair
-chirp_heights = _core.chirp_heights
-squares = _core.squares
-steps = _core.steps
-
-# -- ranks
-in_order = _core.in_order
-order = _core.order
-
-# -- play
-play = _core.play
-
-# -- noise
-Simulator = _core.Simulator
-power_law_bank = _core.power_law_bank
-simulate = _core.simulate
-
-
-# -- process: only programs call these, because they change signals and the allocator
-end_with_line = _core.end_with_line
-own_process = _core.own_process
-trim = _core.trim
-
-
-# -- memory
 
 
 def free_buffers() -> int:
@@ -64,34 +33,3 @@ def free_buffers() -> int:
     """
     clear_caches()
     return _core.release()
-
-
-# -- deviation
-Accumulator = _core.Accumulator
-adjacent_allan = _core.adjacent_allan
-averaging_factors = _core.averaging_factors
-family_variance = _core.family_variance
-overlapping_allan = _core.overlapping_allan
-
-# -- text
-TextReader = _core.TextReader
-read_text = _core.read_text
-
-# -- covariance
-Ordinates = _core.Ordinates
-allan_covariance = _core.allan_covariance
-allan_law = _core.allan_law
-allan_variances = _core.allan_variances
-
-# -- likelihood
-Likelihood = _core.Likelihood
-# -- kalman
-kalman_filter = _core.kalman_filter
-kalman_smooth = _core.kalman_smooth
-stamped_filter = _core.stamped_filter
-
-# -- lstsq
-gls_nonnegative = _core.gls_nonnegative
-
-# -- envelope
-envelope = _core.envelope
