@@ -22,10 +22,10 @@ from allanite.common.errors import InputError, TooShortError
 from allanite.common.numbers import duration_text, number
 from allanite.common.parameters import NORMAL, Estimate
 from allanite.common.printing import printed
-from allanite.common.several import Several, results_by_column, results_with_warning
+from allanite.common.several import Several, results_by_column
 from allanite.common.showing import text_html
 from allanite.common.units import FREQUENCY, is_frequency, parse_unit
-from allanite.common.validation import positive, require_recording
+from allanite.common.validation import positive, require_one_column, require_recording
 from allanite.effects.sheet_units import sheet_unit
 from allanite.fit.stamped.likelihood import StampedSeries
 from allanite.fit.stamped.uncertainty import amplitude_errors, combined_errors
@@ -238,8 +238,7 @@ def timing(
     Parameters
     ----------
     recording : Recording
-        Phase in s, with ``quantity="angle"``, in one column. For several columns this function warns and returns the
-        result of `timing_columns`.
+        Phase in s, with ``quantity="angle"``, in one column; `timing_columns` takes several.
     masks : sequence of str or Mask
         Names such as ``G.8272-A``; `allanite.clocks.MASKS` contains all of them.
     after : sequence of float
@@ -275,18 +274,10 @@ def timing(
     >>> found.noise.name, [jump.time for jump in found.jumps], found.holdover[0].std < 2e-9
     ('N', [700.0], True)
     """
-    require_recording(recording)
+    require_one_column(recording, "al.timing_columns(recording)")
     _require_phase(recording)
     chosen = [mask if isinstance(mask, Mask) else mask_named(mask) for mask in masks]
     times = [positive(t, "after", "s", "give times after the last sample") for t in after]
-    if len(recording.columns) > 1:
-        return results_with_warning(
-            recording.columns,
-            "al.timing_columns(recording)",
-            lambda: timing_columns(
-                recording, masks=chosen, after=times, steering=steering, progress=progress
-            ),
-        )
     report = None if progress is None else partial(progress, recording.columns[0])
     return _timing_of_column(recording, chosen, times, steering, report)
 

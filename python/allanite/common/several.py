@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import warnings
-from collections.abc import Callable, Iterator, Mapping, Sized
+from collections.abc import Callable, Iterator, Mapping
 from types import MappingProxyType
 from typing import Any, Generic, TypeVar
 
@@ -79,22 +78,6 @@ class Several(Mapping[str, T], Generic[T]):
             f"<h4>{escape(name)}</h4>{f'<pre>{escape(str(self[name]))}</pre>' if html is None else html()}"
             for name, html in parts
         )
-
-
-def results_with_warning(
-    columns: Sized, instead: str, compute: Callable[[], Several[T]], stacklevel: int = 3
-) -> Any:
-    """`Several`, the result of ``compute()``, after a `DeprecationWarning` to call `instead`.
-
-    Used by functions of one column that were called with several `columns`. Their signatures name the type of one
-    result only, hence the return type Any.
-    """
-    warnings.warn(
-        f"a recording of {len(columns)} columns: use {instead}, or choose one with recording[name]",
-        DeprecationWarning,
-        stacklevel=stacklevel,
-    )
-    return compute()
 
 
 def results_by_column(recording: Any, compute: Callable[[Any], T]) -> dict[str, T]:

@@ -66,6 +66,15 @@ def require_recording(given: object) -> None:
     )
 
 
+def require_one_column(given: object, for_several: str) -> None:
+    """Raise `InputError` unless the argument is a recording or summary of one column; `for_several` is what takes more."""
+    require_recording(given)
+    if (count := len(given.columns)) > 1:  # type: ignore[attr-defined]
+        raise InputError(
+            f"a recording of {count} columns: use {for_several}, or choose one with recording[name]"
+        )
+
+
 def floats(values: object, name: str) -> Array:
     """Values as a float64 array of the same shape; booleans become 0 and 1. Raises `InputError` for other values."""
     try:

@@ -9,7 +9,7 @@ import numpy as np
 
 from allanite import _kernels
 from allanite.common.errors import InputError, TooShortError
-from allanite.common.validation import positive_rate, require_quantity
+from allanite.common.validation import positive_rate, require_one_column, require_quantity
 from allanite.recording.samples import stamps_of_index
 
 if TYPE_CHECKING:
@@ -64,6 +64,8 @@ def samples_of(x: object, rate: float, quantity: str) -> Samples:
         )
     if hasattr(x, "samples") and hasattr(x, "quantity"):  # a recording
         log: Any = x
+        if hasattr(log, "columns"):
+            require_one_column(log, "al.deviations(recording, kind)")
         rate, quantity, unit = log.rate, log.quantity, log.unit
         x = log.samples
     require_quantity(quantity)

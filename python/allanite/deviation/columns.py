@@ -10,7 +10,6 @@ from allanite.deviation.result import Deviation
 from allanite.deviation.table import estimator_named
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
     from pathlib import Path
 
     from numpy.typing import ArrayLike
@@ -103,13 +102,7 @@ def deviations(
     from allanite import deviation
 
     estimate = getattr(deviation, estimator_named(kind).name)
-    return deviations_by_column(
-        recording, lambda column: estimate(column, taus=taus, factors=factors)
+    return Deviations(
+        recording,
+        results_by_column(recording, lambda one: estimate(one, taus=taus, factors=factors)),
     )
-
-
-def deviations_by_column(
-    recording: Recording, compute: Callable[[Recording], Deviation]
-) -> Deviations:
-    """`Deviations` with the result of `compute(column)` for each column of a recording."""
-    return Deviations(recording, results_by_column(recording, compute))

@@ -9,10 +9,8 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 
 from allanite import _kernels
-from allanite.common.several import results_with_warning
 from allanite.deviation import bias
 from allanite.deviation.averaging import Taus, samples_of
-from allanite.deviation.columns import deviations_by_column
 from allanite.deviation.estimation import estimate
 from allanite.deviation.table import ESTIMATORS, Entry, Estimator
 from allanite.recording import Recording
@@ -136,28 +134,6 @@ def _with_docstring(function: Any, row: Estimator, more: str, nbs14: str) -> Any
     return function
 
 
-def _deviation_or_deviations(
-    row: Estimator,
-    x: ArrayLike | Recording,
-    rate: float,
-    taus: Taus,
-    factors: ArrayLike | None,
-    quantity: str,
-    unbiased: bool = True,
-) -> Deviation:
-    """`Deviation` of the record by the estimator `row`; for several columns `Deviations`, with a `DeprecationWarning`."""
-    if isinstance(x, Recording) and len(x.columns) > 1:
-        return results_with_warning(
-            x.columns,
-            f"al.deviations(recording, {row.name!r})",
-            lambda: deviations_by_column(
-                x, lambda one: estimate(row, samples_of(one, 1.0, "rate"), taus, factors, unbiased)
-            ),
-            stacklevel=4,
-        )
-    return estimate(row, samples_of(x, rate, quantity), taus, factors, unbiased)
-
-
 def _uncorrected_estimator(more: str, nbs14: str, **what: Any) -> Deviate:
     """Public function, such as `oadev`, of a new estimator without a published bias, which is added to `ESTIMATORS`.
 
@@ -172,8 +148,8 @@ def _uncorrected_estimator(more: str, nbs14: str, **what: Any) -> Deviate:
         factors: ArrayLike | None = None,
         quantity: str = "rate",
     ) -> Deviation:
-        """`Deviation` of the record `x`; several columns give `Deviations` (by column) and a `DeprecationWarning`."""
-        return _deviation_or_deviations(row, x, rate, taus, factors, quantity)
+        """`Deviation` of the record `x`."""
+        return estimate(row, samples_of(x, rate, quantity), taus, factors)
 
     function: Deviate = _with_docstring(deviation, row, more, nbs14)
     return function
@@ -191,8 +167,8 @@ def _corrected_estimator(more: str, nbs14: str, **what: Any) -> Correctable:
         quantity: str = "rate",
         unbiased: bool = row.unbiased,
     ) -> Deviation:
-        """`Deviation` of the record `x`; several columns give `Deviations` (by column) and a `DeprecationWarning`."""
-        return _deviation_or_deviations(row, x, rate, taus, factors, quantity, unbiased)
+        """`Deviation` of the record `x`."""
+        return estimate(row, samples_of(x, rate, quantity), taus, factors, unbiased)
 
     function: Correctable = _with_docstring(deviation, row, more, nbs14)
     return function

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 
 from allanite.common.choices import METHODS
 from allanite.common.errors import InputError
-from allanite.common.several import results_by_column, results_with_warning
-from allanite.common.validation import require_recording
+from allanite.common.several import results_by_column
+from allanite.common.validation import require_one_column, require_recording
 from allanite.effects import as_model
 from allanite.fit.engine import solve
 from allanite.fit.likelihood.data import Data, prepare
@@ -77,7 +77,7 @@ def fit_model(
     >>> bool(low < 0.1 < high)
     True
     """
-    require_recording(recording)
+    require_one_column(recording, "al.fit_columns(recording, model)")
     return _fit(recording, as_model(model).limited("a fit"), method)
 
 
@@ -85,7 +85,7 @@ def _fit(recording: Recording | Summary, model: Model, method: str = "whittle") 
     """`Fit` of a model of any size by one method (`fit_model` limits the number of effects).
 
     Missing samples are replaced by draws from the model. The first and last sample count as missing if the jump between
-    them distorts the spectrum (`without_ends`). Several columns give a warning and `Fits` instead.
+    them distorts the spectrum (`without_ends`).
     """
     if method not in METHODS:
         raise InputError(f"unknown method {method!r}; use one of {', '.join(METHODS)}")
@@ -93,13 +93,8 @@ def _fit(recording: Recording | Summary, model: Model, method: str = "whittle") 
         recording = recording.recording()
     if isinstance(recording, Recording):
         recording = recording.measured
-    if isinstance(recording, Recording) and len(recording.columns) > 1:
-        log = recording
-        return results_with_warning(
-            log.columns, "al.fit_columns(recording, model)", lambda: fit_columns(log, model, method)
-        )
-    if isinstance(recording, Recording) and (error := locked_error(recording)) is not None:
-        raise error
+        if (error := locked_error(recording)) is not None:
+            raise error
     model = _with_followed_column(model, list(recording.covariates))
     _check_values(model, recording.n, recording.rate)
     if isinstance(recording, Summary):

@@ -6,9 +6,9 @@ import time
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from allanite.common.several import Several, results_by_column, results_with_warning
+from allanite.common.several import Several, results_by_column
 from allanite.common.threads import columns_at_work, results_or_raise, side_by_side
-from allanite.common.validation import positive, require_recording
+from allanite.common.validation import positive, require_one_column, require_recording
 from allanite.effects import Model, Modifier, as_model
 from allanite.fit import fit_model
 from allanite.study.ladder import Rung, SearchInterrupted, Study
@@ -40,7 +40,7 @@ def improve(
     Parameters
     ----------
     recording : Recording or Summary
-        One column. For several columns this function warns and returns the result of `improve_columns`.
+        One column; `improve_columns` takes several.
     model : Model, Effect or str
         First model. Filter designs and orders that have a value are held.
     on_progress : callable, optional
@@ -75,25 +75,7 @@ def improve(
     >>> study.fit.model.name, study.stopped_because
     ('N+K', 'adequate')
     """
-    require_recording(recording)
-    if len(recording.columns) == 1:
-        return _improved(recording, model, on_progress, limit, tolerance, seconds)
-    return results_with_warning(
-        recording.columns,
-        "al.improve_columns(recording, model)",
-        lambda: improve_columns(recording, model, on_progress, limit, tolerance, seconds),
-    )
-
-
-def _improved(
-    recording: Recording | Summary,
-    model: Model | Effect | str,
-    on_progress: Callable[[int, int], None] | None,
-    limit: int,
-    tolerance: float | None,
-    seconds: float | None,
-) -> Study:
-    """`Study` of one column; arguments and errors are those of `improve`."""
+    require_one_column(recording, "al.improve_columns(recording, model)")
     if tolerance is not None:
         tolerance = positive(
             tolerance, "tolerance", "%", "give per cent of the deviation, such as 5"

@@ -235,4 +235,4 @@ def check_fit(fit: Fit, on_progress: Callable[[int, int], None] | None = None) -
 @kept_with_fit
 def last_check(fit: Fit) -> Check:
     """`Check` of a fit, computed once and kept with the fit."""
-    return check_fit(fit)
+    return fit.check()

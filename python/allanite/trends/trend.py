@@ -20,10 +20,10 @@ from allanite.common.documents import fields_dict
 from allanite.common.errors import InputError, TooShortError
 from allanite.common.numbers import YEAR, duration_text, with_readable_numbers
 from allanite.common.parameters import Estimate
-from allanite.common.several import Several, results_by_column, results_with_warning
+from allanite.common.several import Several, results_by_column
 from allanite.common.showing import text_html
 from allanite.common.threads import stop_if_unwanted
-from allanite.common.validation import require_recording
+from allanite.common.validation import require_one_column, require_recording
 from allanite.effects import Model, parse_model
 from allanite.fit.stamped.candidates import (
     Candidate,
@@ -315,25 +315,9 @@ def trend(
     >>> print(round(found.steps[0].height.value), len(found.waves))
     5 2
     """
-    require_recording(recording)
+    require_one_column(recording, "al.trend_columns(recording)")
     if per not in PER:
         raise InputError(f"unknown unit of time per = {per!r}; choose one of {', '.join(PER)}")
-    if len(recording.columns) > 1:
-        return results_with_warning(
-            recording.columns,
-            "al.trend_columns(recording)",
-            lambda: trend_columns(
-                recording,
-                unit=unit,
-                per=per,
-                steps=steps,
-                find_steps=find_steps,
-                periods=periods,
-                model=model,
-                progress=progress,
-            ),
-        )
-
     report = partial(progress, recording.columns[0]) if progress is not None else lambda *_: None
     return _trend_of_column(
         recording,

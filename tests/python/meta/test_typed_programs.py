@@ -29,6 +29,16 @@ assert_type(fit["N"], al.Estimate)
 assert_type(fit.estimates_of("GM"), dict[str, al.Estimate])
 fit["GM"]["q_c"]  # type: ignore[index]
 fit["BW.acts_on"].upper()  # type: ignore[attr-defined]
+assert_type(al.oadev(recording), al.Deviation)
+assert_type(al.deviations(recording)["gx"], al.Deviation)
+assert_type(fit, al.Fit)
+assert_type(al.fit_columns(recording, "N")["gx"], al.Fit)
+assert_type(al.improve(recording), al.Study)
+assert_type(al.improve_columns(recording)["gx"], al.Study)
+assert_type(al.trend(recording), al.Trend)
+assert_type(al.trend_columns(recording)["gx"], al.Trend)
+assert_type(al.timing(recording), al.Timing)
+assert_type(al.timing_columns(recording)["gx"], al.Timing)
 assert_type(fit.simulate(duration=10.0, seed=1), al.Recording)
 fit.simulate(sede=1)  # type: ignore[call-arg]
 fit.simulate(seed="1")  # type: ignore[arg-type]

@@ -83,20 +83,18 @@ def test_improve_of_two_columns(log):
 
 
 @pytest.mark.parametrize(
-    ("former", "now"),
+    ("one", "now"),
     [
-        (lambda log: al.mdev(log), "al.deviations(recording, 'mdev')"),
-        (lambda log: log.oadev(), "al.deviations(recording, 'oadev')"),
+        (lambda log: al.mdev(log), "al.deviations(recording, kind)"),
+        (lambda log: log.oadev(), "al.deviations(recording, kind)"),
         (lambda log: al.fit_model(log, "N"), "al.fit_columns(recording, model)"),
         (lambda log: al.improve(log, "N"), "al.improve_columns(recording, model)"),
         (lambda log: al.trend(log, model="N"), "al.trend_columns(recording)"),
     ],
 )
-def test_functions_of_one_column_still_take_several_and_name_the_other(log, former, now):
-    two = log[["gyro_x", "acc_x"]]
-    with pytest.warns(DeprecationWarning, match=re.escape(f"2 columns: use {now}")):
-        found = former(two)
-    assert tuple(found) == ("gyro_x", "acc_x")
+def test_functions_of_one_column_refuse_several_and_name_the_other(log, one, now):
+    with pytest.raises(al.InputError, match=re.escape(f"2 columns: use {now}")):
+        one(log[["gyro_x", "acc_x"]])
 
 
 def test_an_estimate_of_several_columns_says_how_to_ask_for_it():
