@@ -8,7 +8,7 @@
 #[path = "../tests/common/exact.rs"]
 mod exact;
 
-use allanite::phase::Sample;
+use allanite::testing::phase::Sample;
 use exact::{Noise, exact, ours};
 
 fn report<T: Sample>(name: &str, samples: &[T]) {

@@ -3,14 +3,14 @@
 use std::hint::black_box;
 use std::sync::atomic::AtomicBool;
 
-use allanite::accumulator::{Accumulator, Grid};
-use allanite::averaging;
-use allanite::deviation::allan::{Execution, overlapping};
-use allanite::deviation::family::variances;
-use allanite::deviation::statistic;
-use allanite::machine::processor::Width;
-use allanite::parallel::default_threads;
-use allanite::phase::{Quantity, Record, Series};
+use allanite::testing::accumulator::{Accumulator, Grid};
+use allanite::testing::averaging;
+use allanite::testing::deviation::allan::{Execution, overlapping};
+use allanite::testing::deviation::family::variances;
+use allanite::testing::deviation::statistic;
+use allanite::testing::machine::processor::Width;
+use allanite::testing::parallel::default_threads;
+use allanite::testing::phase::{Quantity, Record, Series};
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 
 fn noise(n: usize) -> Vec<f64> {

@@ -3,8 +3,8 @@
 use std::hint::black_box;
 use std::sync::atomic::AtomicBool;
 
-use allanite::noise::{Generator, Primitive};
-use allanite::rng::{Stream, StreamKey};
+use allanite::testing::noise::{Generator, Primitive};
+use allanite::testing::rng::{Stream, StreamKey};
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 
 const N: usize = 1 << 20;

@@ -135,7 +135,7 @@ pub struct Accumulator {
 }
 
 /// For each averaging factor: factor, stride, Σ d², number of differences, number of differences lost to gaps.
-pub type Reading = Vec<(u64, u64, f64, u64, u64)>;
+pub(crate) type Reading = Vec<(u64, u64, f64, u64, u64)>;
 
 /// Serialized state: start, samples, gaps, origin, and for each level its start, first blocks, last blocks, grid
 /// index of the last blocks, sums, counts.

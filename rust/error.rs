@@ -23,6 +23,9 @@ pub enum Error {
     Internal(String),
 }
 
+/// Result of a call into the core.
+pub type Result<T> = std::result::Result<T, Error>;
+
 impl Error {
     /// The system has refused to start a thread. The input is not wrong, but `Input` reports the cause in one line, as
     /// for a full disk; `Internal` would ask for a bug report.

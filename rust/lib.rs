@@ -19,7 +19,8 @@
 //! | [`parallel`] | work on several threads | |
 //! | [`machine`] | vector units, large buffers, allocator, panics | |
 //!
-//! The package has no Rust interface: modules are public only for the tests in `tests/` and the timings in `benches/`.
+//! The package has no Rust interface. [`testing`] has what the tests in `tests/`, the timings in `benches/` and the fuzz
+//! targets use.
 //!
 //! Only the module `python` uses the Python interpreter. Every other module builds and is tested without Python.
 
@@ -28,28 +29,26 @@
     allow(dead_code, unused_imports, reason = "only the bindings use some items")
 )]
 
-pub mod accumulator;
-pub mod averaging;
+mod accumulator;
+mod averaging;
 mod covariance;
-pub mod deviation;
+mod deviation;
 mod envelope;
 mod error;
 mod kalman;
 mod likelihood;
 mod lstsq;
-pub mod machine;
-pub mod noise;
-pub mod parallel;
-pub mod phase;
+mod machine;
+mod noise;
+mod parallel;
+mod phase;
 mod play;
 #[cfg(feature = "python")]
 mod python;
 mod ranks;
-pub mod rng;
+mod rng;
 mod spectrum;
-pub mod text;
+pub mod testing;
+mod text;
 
-pub use error::Error;
-
-/// Result of a call into the core.
-pub type Result<T> = std::result::Result<T, Error>;
+pub(crate) use error::{Error, Result};

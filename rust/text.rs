@@ -23,7 +23,7 @@ use std::sync::atomic::AtomicBool;
 
 use dialect::{Dialect, no_rows};
 use rows::Rows;
-pub use rows::Sample;
+pub(crate) use rows::Sample;
 use source::Source;
 
 use crate::parallel::pooled;

@@ -1,6 +1,6 @@
 //! A stream gives the same sums as a batch with the same strides, whatever the chunks and the order of merging.
 
-use allanite::accumulator::{Accumulator, Grid};
+use allanite::testing::accumulator::{Accumulator, Grid};
 use proptest::prelude::*;
 
 fn integers(n: usize, seed: u64) -> Vec<f64> {

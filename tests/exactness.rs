@@ -6,7 +6,7 @@
 
 mod common;
 
-use allanite::phase::Sample;
+use allanite::testing::phase::Sample;
 use common::exact::{Noise, exact, ours};
 
 fn worst<T: Sample>(samples: &[T], factors: &[usize]) -> f64 {

@@ -3,14 +3,14 @@
 
 use std::sync::atomic::AtomicBool;
 
-use allanite::averaging::{Grid, factors};
-use allanite::deviation::allan::{Execution, adjacent, overlapping};
-use allanite::deviation::family::variances;
-use allanite::deviation::loops::sums;
-use allanite::deviation::statistic::Statistic;
-use allanite::deviation::{STATISTICS, identify, naive, statistic};
-use allanite::machine::processor::Width;
-use allanite::phase::{Quantity, Record, Series};
+use allanite::testing::averaging::{Grid, factors};
+use allanite::testing::deviation::allan::{Execution, adjacent, overlapping};
+use allanite::testing::deviation::family::variances;
+use allanite::testing::deviation::loops::sums;
+use allanite::testing::deviation::statistic::Statistic;
+use allanite::testing::deviation::{STATISTICS, identify, naive, statistic};
+use allanite::testing::machine::processor::Width;
+use allanite::testing::phase::{Quantity, Record, Series};
 use proptest::prelude::*;
 
 fn noise(n: usize, seed: u64) -> Vec<f64> {

@@ -6,7 +6,7 @@ mod logs;
 
 use std::path::Path;
 
-use allanite::parallel::pooled;
+use allanite::testing::parallel::pooled;
 
 fn corpus(target: &str) -> Vec<(String, Vec<u8>)> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("fuzz/corpus").join(target);

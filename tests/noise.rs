@@ -2,7 +2,7 @@
 
 use std::sync::atomic::AtomicBool;
 
-use allanite::noise::{Generator, Primitive};
+use allanite::testing::noise::{Generator, Primitive};
 use proptest::prelude::*;
 
 const PROCESSES: [(&str, &[f64]); 11] = [
@@ -92,7 +92,7 @@ fn the_stop_flag_interrupts() {
     for threads in [1, 2] {
         let mut stream = generator(&[0, 3], threads);
         let result = stream.fill(&mut samples[..], &AtomicBool::new(true));
-        assert_eq!(result, Err(allanite::Error::Interrupted));
+        assert_eq!(result, Err(allanite::testing::Error::Interrupted));
         let again = stream.fill(&mut samples[..], &AtomicBool::new(false)).unwrap_err();
         assert!(again.to_string().contains("begin a new one"), "{again}");
     }

@@ -3,7 +3,7 @@
 use std::io::Write;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
-use allanite::text::{Options, Reader, Table, read};
+use allanite::testing::text::{Options, Reader, Table, read};
 use proptest::prelude::*;
 
 struct Log(std::path::PathBuf);

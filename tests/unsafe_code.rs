@@ -4,14 +4,14 @@
 
 use std::sync::atomic::AtomicBool;
 
-use allanite::deviation::allan::{Execution, overlapping};
-use allanite::deviation::family::variances;
-use allanite::deviation::loops::sums;
-use allanite::deviation::{naive, statistic};
-use allanite::machine::processor::Width;
-use allanite::noise::{Primitive, WINDOW, process};
-use allanite::phase::{Quantity, Record, Series};
-use allanite::rng::{Stream, StreamKey};
+use allanite::testing::deviation::allan::{Execution, overlapping};
+use allanite::testing::deviation::family::variances;
+use allanite::testing::deviation::loops::sums;
+use allanite::testing::deviation::{naive, statistic};
+use allanite::testing::machine::processor::Width;
+use allanite::testing::noise::{Primitive, WINDOW, process};
+use allanite::testing::phase::{Quantity, Record, Series};
+use allanite::testing::rng::{Stream, StreamKey};
 
 fn values(n: usize) -> Vec<f64> {
     (0..n).map(|i| ((i * i * 31 + 7 * i) % 97) as f64).collect()

@@ -2,9 +2,9 @@
 
 use std::sync::atomic::AtomicBool;
 
-use allanite::deviation::allan::{Execution, overlapping};
-use allanite::machine::processor::Width;
-use allanite::phase::{Quantity, Record, Sample, Series, add_to};
+use allanite::testing::deviation::allan::{Execution, overlapping};
+use allanite::testing::machine::processor::Width;
+use allanite::testing::phase::{Quantity, Record, Sample, Series, add_to};
 
 /// Generator of approximately normal numbers.
 pub(crate) struct Noise(pub(crate) u64);

@@ -8,8 +8,8 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
-use allanite::text::{Options, Reader, Table, read};
-use allanite::{Error, Result};
+use allanite::testing::text::{Options, Reader, Table, read};
+use allanite::testing::{Error, Result};
 
 /// Scratch file of this thread, reused for every input.
 struct Scratch(PathBuf);
