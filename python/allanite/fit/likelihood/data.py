@@ -83,6 +83,8 @@ class Data(ABC):
         unknown part of each draw. Empty if they are not completed, or few.
     factor : int
         Number of samples of the record per kept sample.
+    completed_signal : ndarray, shape (n,), or None
+        Sum of the known functions of time, U, that the last completion assumed; None if samples are not completed.
     """
 
     samples: Array
@@ -96,6 +98,7 @@ class Data(ABC):
     mixing: Array | None = None
     completions: tuple[Array, ...] = ()
     factor: int = 1
+    completed_signal: Array | None = None
     #: Cache: ordinates of regressors by effect and shapes.
     functions: ArrayCache = field(default_factory=lambda: series_cache(0), repr=False)
     #: Cache: lowest ordinates of regressors by effect and shapes.

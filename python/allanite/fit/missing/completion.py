@@ -204,6 +204,39 @@ def _cholesky_of_missing(missing: Mask, precision: Array) -> tuple[Array, bool] 
     return None
 
 
+def _seen_part(bridge: _ConditionalMean, gain: Array, signal: Array) -> tuple[Array, float]:
+    """Pair: `signal` with its missing samples replaced by their conditional mean, and a ratio of information.
+
+    The ratio is the information that the present samples contain about the height of the signal, divided by that of its
+    ordinates multiplied by `gain`. (`signal`, 1) if the latter change logL by less than 0.02 nats.
+    """
+    assumed = float((gain * _kernels.cosine_transform(signal)) ** 2 @ bridge.precision)
+    if 0.5 * assumed < MAX_SETTLED_DELTA_LOGL:
+        return signal, 1.0
+    known = bridge.mean(np.where(bridge.missing, 0.0, signal))
+    return known, float(_kernels.cosine_transform(known) ** 2 @ bridge.precision) / assumed
+
+
+def information_ratio(data: Data, solution: Solution) -> float:
+    """Information of the present samples about the height of the last effect, a known function, over that of the fit.
+
+    The fit multiplies the ordinates of a function by `Data.gain`, which depends on the frequency alone. Gaps of a length
+    similar to that of the function hide more or less of it. 1 if no missing sample is completed.
+    """
+    if data.missing is None or data.gain is None:
+        return 1.0
+    spectrum = _spectrum(data, solution.model, solution.level)
+    bridge = _ConditionalMean(data.missing, spectrum, (), ROUND_TOLERANCE)
+    return _seen_part(bridge, data.gain, data.signal(solution.model.deterministic[-1:]))[1]
+
+
+def _spectrum(data: Data, model: Model, level: Array | None) -> Array:
+    """Array of the spectrum of a model, multiplied by `level` in each bin, at all ordinates, U² per sample, shape (n,)."""
+    at, known = log_density_at_nodes(model, data, level)
+    log_j = np.log(np.maximum(np.arange(data.n, dtype=np.float64), 1.0))
+    return np.asarray(np.exp(np.interp(log_j, at, known)))
+
+
 def complete(
     data: Data,
     model: Model,
@@ -222,29 +255,25 @@ def complete(
     """
     missing = data.missing
     assert missing is not None
-    at, known = log_density_at_nodes(model, data, level)
-    log_j = np.log(np.maximum(np.arange(data.n, dtype=np.float64), 1.0))
-    spectrum = np.exp(np.interp(log_j, at, known))
-    signal = data.signal(model.deterministic) if model.deterministic else None
-    noise, shift = data.samples, np.zeros(int(missing.sum()))
-    if signal is not None:
-        noise, shift = noise - signal, signal[missing]
-    bridge = (
-        _ConditionalMean(missing, spectrum)
-        if starts is None
-        else _ConditionalMean(
-            missing, spectrum, [s - shift for s in starts[:1]] + list(starts[1:]), ROUND_TOLERANCE
-        )
-    )
-    mean = bridge.mean(noise)
+    spectrum = _spectrum(data, model, level)
+    signal = data.signal(model.deterministic) if model.deterministic else np.zeros(data.n)
+    near = list(starts or ())
+    near[:1] = [s - signal[missing] for s in near[:1]]
+    tolerance = GRADIENT_TOLERANCE if starts is None else ROUND_TOLERANCE
+    bridge = _ConditionalMean(missing, spectrum, near, tolerance)
+    mean = bridge.mean(data.samples - signal)
     unknown, unseen, seen = _drawn_unknown_part(bridge, spectrum)
     drawn = None if data.n <= MAX_CELLS else (unseen, seen)
     share = unknown_share(missing, spectrum, drawn, data.bins)
-    gain, samples = np.sqrt(1.0 - share), mean + unknown
-    ordinates = _kernels.cosine_transform(mean) / gain
-    if signal is not None:
-        ordinates += gain * _kernels.cosine_transform(signal)
-        samples += signal
+    gain, completions = np.sqrt(1.0 - share), tuple(bridge.solutions)
+    if data.completed_signal is not None:
+        change = signal - data.completed_signal
+        known, ratio = _seen_part(bridge, gain, change)
+        # The fit overestimates the change by this ratio.
+        excess = 1.0 - 1.0 / max(ratio, 1.0)
+        mean, signal = mean + excess * known, signal - excess * change
+    samples = mean + signal + unknown
+    ordinates = _kernels.cosine_transform(mean) / gain + gain * _kernels.cosine_transform(signal)
     bins, mixing = _bins_and_mixing(data, model, missing, share)
     return replace(
         data,
@@ -253,7 +282,8 @@ def complete(
         bins=bins,
         gain=gain,
         mixing=mixing,
-        completions=tuple(s + shift for s in bridge.solutions[:1]) + tuple(bridge.solutions[1:]),
+        completions=tuple((mean + signal)[missing] for _ in completions[:1]) + completions[1:],
+        completed_signal=signal,
         of_bins=ArrayCache(CACHE_BYTES_LOWEST),
     )
 

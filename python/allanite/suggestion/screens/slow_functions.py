@@ -23,6 +23,7 @@ from allanite.fit.likelihood.whitened import (
     cell_means,
     expected_level,
 )
+from allanite.fit.missing.completion import information_ratio
 from allanite.fit.rivals.columns import follow_columns_consistently
 from allanite.fit.rivals.evidence import MAX_RIVAL_LOG_EVIDENCE, parameters_cost
 from allanite.fit.shapes.matched import best_spans, grid_points, matched_gains, slow_families
@@ -352,6 +353,8 @@ def _refitted_candidate(
         # The fit takes leakage from the ends of the record, which rings at the zeros of a filter, for the function.
         judged = min(judged, _matched_delta_logl(found, base, noise, data))
     judged /= _relative_noise_power(refitted, data)
+    if may_become_significant(family, judged):
+        judged /= max(1.0, information_ratio(data, refitted))
     if judged <= 0.0 or not follow_columns_consistently(
         refitted.model.deterministic[-1:], refitted, data
     ):
