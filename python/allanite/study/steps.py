@@ -28,9 +28,10 @@ from allanite.study.judgement import (
 from allanite.study.ladder import kinds_added_again, rung_of
 from allanite.study.moves.add import is_already_explained, with_addition, with_second_effect
 from allanite.study.moves.drop import models_with_one_dropped, without_needless
-from allanite.study.moves.levels import must_merge_levels, with_merged_levels
 from allanite.study.moves.merge import (
+    must_merge_levels,
     with_merged_excursions,
+    with_merged_levels,
     with_nameless_shape,
     with_wandering_line,
 )

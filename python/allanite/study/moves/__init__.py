@@ -4,6 +4,6 @@ Input: a `State` of the search. Output: a changed `State`, or None if the move d
 here, and call it in `allanite.study.steps`; `allanite.study.judgement` decides which change is accepted.
 
 `add` adds a missing effect, and `drop` removes needless effects. `replace` exchanges an effect for another one or for
-two. Four modules replace several effects by one: `merge`, `excursions`, `levels`, and `narrow_bands` for harmonics and
-side bands.
+two. `merge` replaces several effects by one, and `narrow_bands` replaces lines and bands by one with harmonics or side
+bands.
 """
