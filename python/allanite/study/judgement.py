@@ -18,6 +18,7 @@ from allanite.suggestion.constants import (
     MAX_ALLAN_ERROR_SCATTERS,
     MAX_EVENT_LOG10_P,
 )
+from allanite.suggestion.screens.slow_functions import has_known_time
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -97,17 +98,20 @@ def is_as_good(before: Fit, after: Fit) -> bool:
     )
 
 
-def refusal_reason(before: Fit, after: Fit, once: bool) -> str:
+def refusal_reason(before: Fit, after: Fit, suggestion: Suggestion) -> str:
     """Clause that states why a significant suggestion was not added, such as "raises the Allan error".
 
-    With `once`, the prediction of unseen data is not tested.
+    `after` is the fit with the suggestion alone. The first test that fails gives the reason; if none does, the effect "acts
+    where another effect already acts".
     """
-    if not once and not predicts_as_well(before, after):
+    if not suggestion.effect_happens_once and not predicts_as_well(before, after):
         return "predicts unseen data worse"
-    if allan_error_rises(before, after):
-        return "raises the Allan error"
-    if discrepancy_rises(before, after):
-        return "raises the discrepancy"
+    if not no_error_rises(before, after) or is_doubtful_event(before, after, suggestion):
+        # Only the discrepancy is judged by its interval, so any other rise is one of the Allan error.
+        above = after.discrepancy.interval[0] > before.discrepancy.interval[1]
+        return "raises the discrepancy" if above else "raises the Allan error"
+    if not has_known_time(after.solution.effects[-1], after.solution, after.data):
+        return "has an uncertain time"
     return "acts where another effect already acts"
 
 

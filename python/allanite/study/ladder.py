@@ -376,7 +376,7 @@ class Study:
         if self.stopped_because == "nothing helps":
             why: dict[str, str] = {}
             for s in self.check.significant:
-                why.setdefault(s.kind, refusal_reason(self.fit, s.found, s.effect_happens_once))
+                why.setdefault(s.kind, refusal_reason(self.fit, s.found, s))
             refusals = ", ".join(f"{title_of(kind)} {reason}" for kind, reason in why.items())
             refused = f" (significant, but refused: {refusals})" if refusals else ""
             return f"no further effect helps{refused}"
