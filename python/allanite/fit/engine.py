@@ -25,6 +25,7 @@ from allanite.fit.shapes.deterministic import (
     design_of,
     parts_of,
     regress_designs,
+    union,
 )
 from allanite.fit.shapes.limited import within_limits
 from allanite.fit.shapes.narrow import fit_narrow_bands, ordinates_delta_logl
@@ -177,7 +178,7 @@ class _Functions:
             or design_of((e,), data)
             for e in effects
         )
-        at = np.unique(np.concatenate([design.ordinates for design in designs]))
+        at = union([design.ordinates for design in designs])
         regression = _regress(effects, designs, at, data, noise.variance(at))
         made = (
             e.with_amplitudes(regression.amplitudes[own])

@@ -141,7 +141,16 @@ def comb_window(
 ) -> NDArray[np.int64]:
     """Sorted array, without duplicates, of the ordinates within `half` ordinates of the `multiples` of a frequency, Hz."""
     windows = [ordinates_near(m * frequency, data, half) for m in multiples]
-    return windows[0] if len(windows) == 1 else np.unique(np.concatenate(windows))
+    return union(windows)
+
+
+def union(ordinates: Sequence[NDArray[np.int64]]) -> NDArray[np.int64]:
+    """Ascending array of all indices in several ascending arrays, each once; a single array is returned as it is."""
+    if len(ordinates) == 1:
+        return ordinates[0]
+    # A stable sort merges ascending arrays; `np.unique` takes ten times as long.
+    every = np.sort(np.concatenate(ordinates), kind="stable")
+    return every[np.append(True, every[1:] != every[:-1])]
 
 
 def design_of(
@@ -155,7 +164,7 @@ def design_of(
         parts = [ordinates_of_line(e, data) for e in effects if not e.low]
         if any(e.low for e in effects):
             parts.append(np.arange(1, min(data.n, LOWEST_ORDINATES), dtype=np.int64))
-        at = parts[0] if len(parts) == 1 else np.unique(np.concatenate(parts))
+        at = union(parts)
     return Design(at, np.column_stack([regressors_at(e, at, data) for e in effects]))
 
 
@@ -209,6 +218,19 @@ def residual_ordinates_at(
     for effect in effects:
         left = left - regressors_at(effect, j, data) @ effect.amplitudes()
     return left
+
+
+def delta_logl_of(rows: Array, target: Array) -> float:
+    """ΔlogL, nats, of a regression of `target`, shape (k,), on `rows`, shape (p, k); both are whitened.
+
+    Nearly dependent directions of the rows are omitted, as in `regress_designs`.
+    """
+    norm = np.sqrt(np.einsum("pk,pk->p", rows, rows))
+    norm[norm == 0.0] = 1.0
+    score = rows @ target / norm
+    normal = rows @ rows.T / np.outer(norm, norm)
+    inverse = np.linalg.pinv(normal, rcond=MIN_RELATIVE_EIGENVALUE, hermitian=True)
+    return 0.5 * float(score @ inverse @ score)
 
 
 def regress(matrix: Array, values: Array, variance: Array) -> Regression:

@@ -15,6 +15,7 @@ from allanite.fit.shapes.deterministic import (
     LOWEST_ORDINATES,
     comb_gains,
     comb_window,
+    delta_logl_of,
     design_of,
     ordinates_near,
     ordinates_of_line,
@@ -255,16 +256,20 @@ def polish_line(
     inside = (grid > step) & (grid < highest)
     tried = np.append(grid[inside], start)
     center = tried[[int(np.argmax(gains_apart(tried)))]]
-    if center[0] == start:
-        before, here, after = gains_apart(start + fine * np.array([-1.0, 0.0, 1.0]))
-        curvature = before + after - 2.0 * here
-        if curvature < 0.0 and (after - before) ** 2 < -8.0 * curvature * MIN_SHAPE_DELTA_LOGL:
-            return start  # the maximum of the parabola is not higher
+    around = start + fine * np.array([-1.0, 0.0, 1.0])
+    if center[0] == start and _is_at_maximum(*gains_apart(around)):
+        return start
     found, best = local_maximum(gain, center, np.array([fine]))
     # A line below the first ordinate has a mirror image at its negative frequency.
     is_inside = step < found[0] < highest
     is_better = is_inside and best > gain(np.array([start])) + MIN_SHAPE_DELTA_LOGL
     return float(found[0]) if is_better else start
+
+
+def _is_at_maximum(before: float, here: float, after: float) -> bool:
+    """True if the maximum of the parabola through three logL, at equal distances, is less than 1e-3 above `here`."""
+    curvature = before + after - 2.0 * here
+    return curvature < 0.0 and (after - before) ** 2 < -8.0 * curvature * MIN_SHAPE_DELTA_LOGL
 
 
 def _with_best_times(
@@ -328,14 +333,17 @@ def _optimized_slow(
             """Negative ΔlogL of the effect `base` if its shape `name` has this value."""
             tried = base.with_values(**{name: value})
             rows = orthogonal_to(basis, regressor_ordinates([tried], j, data) * root)
-            return -regress(rows.T, target, np.ones(j.size)).gain
+            return -delta_logl_of(rows, target)
 
-        if high > low:
+        step = SHAPE_TOLERANCE * (high - low)
+        is_inside = low < known - step and known + step < high
+        is_best = is_inside and _is_at_maximum(*(-loss(known + s * step) for s in (-1, 0, 1)))
+        if high > low and not is_best:
             found = minimize_scalar(
                 loss,
                 bounds=(low, high),
                 method="bounded",
-                options={"maxiter": 20, "xatol": SHAPE_TOLERANCE * (high - low)},
+                options={"maxiter": 20, "xatol": step},
             )
             if found.fun < loss(known) - MIN_SHAPE_DELTA_LOGL:
                 known = float(found.x)
