@@ -108,7 +108,10 @@ class OwnedFolder:
 
     @classmethod
     def remove_abandoned(cls, kind: str) -> None:
-        """Delete the temporary folders of this kind that belong to this user and whose processes have ended."""
+        """Delete the temporary folders of this kind that belong to this user and whose processes have ended.
+
+        Links, and folders that cannot be deleted, are skipped.
+        """
         for folder in Path(gettempdir()).glob(f"{_folder_prefix(kind)}*"):
             with suppress(OSError):
                 if folder.is_symlink() or not _has_own_user(folder):

@@ -122,7 +122,7 @@ def run_child(order: dict[str, Any], results: IO[bytes], watch: Callable[[], Non
     """Exit code of a new process that calls the function named in `order` and writes the result to `results`.
 
     The process is killed if it exceeds its wall time by 5 s; then the code is −SIGALRM (1 on Windows). An exception of
-    `watch`, called every 20 ms, kills the process and passes.
+    `watch`, called every 20 ms, kills the process and passes. Raises `InputError` if no process can be started.
     """
     end = math.inf if order["wall"] is None else time.monotonic() + order["wall"] + GRACE
     root = str(Path(__file__).resolve().parents[2])
@@ -289,7 +289,10 @@ def _end_with_parent() -> None:
 
 
 def _set_limits(order: dict[str, Any]) -> None:
-    """Set the limits of this process that `order` states: wall time, processor time, and memory beyond the present one."""
+    """Set the limits of this process that `order` states: wall time, processor time, and memory beyond the present one.
+
+    A limit of None is not set; Windows has none of them.
+    """
     if order["wall"] is not None and hasattr(signal, "setitimer"):
         signal.signal(signal.SIGALRM, signal.SIG_DFL)
         signal.setitimer(signal.ITIMER_REAL, order["wall"])
@@ -302,7 +305,10 @@ def _set_limits(order: dict[str, Any]) -> None:
 
 
 def limit_memory(most: float | None) -> None:
-    """Limit the memory beyond the present one to `most` bytes (on Linux only), and turn off core files."""
+    """Limit the memory beyond the present one to `most` bytes (on Linux only), and turn off core files.
+
+    None sets no limit.
+    """
     _lower_limit("RLIMIT_CORE", 0)
     if most is not None:
         with suppress(OSError, ValueError, IndexError):

@@ -53,7 +53,7 @@ def clear_caches() -> None:
 def budget() -> float:
     """Maximum memory for one computation, bytes: half of the free memory, or the value of ``ALLANITE_MEMORY``.
 
-    Infinite if the free memory is unknown.
+    Infinite if the free memory is unknown. Raises `InputError` if the variable is no number of bytes.
     """
     setting = os.environ.get(VARIABLE)
     return FREE_MEMORY_SHARE * free_memory() if setting is None else _bytes_of_text(setting)

@@ -70,7 +70,8 @@ def relative_unit(sample: str, power: float) -> str:
 def sample_unit(text: str) -> str:
     """Canonical unit of the samples, found from the text of a unit of samples or of a coefficient.
 
-    ``deg/sqrt(h)`` belongs to samples in deg/h, ``ug/sqrt(Hz)`` to ug, ``m/s/sqrt(h)`` to m/s^2.
+    ``deg/sqrt(h)`` belongs to samples in deg/h, ``ug/sqrt(Hz)`` to ug, ``m/s/sqrt(h)`` to m/s^2. Raises `InputError` if
+    the text is neither a unit of samples nor of a coefficient.
     """
     try:
         return parse_unit(text).name
@@ -107,7 +108,7 @@ def column_unit(name: str, stated: str | None = None) -> str:
     """Text for a logged column after the word "per": its `stated` unit, the unit in its name, or its name.
 
     ``die_degC`` and ``temp_c`` contain their unit, ``temperature`` does not. Several factors are in brackets:
-    ``(m/s)``.
+    ``(m/s)``. A `stated` None, empty text or ``1`` is no unit.
     """
     named_unit = _SAID_BY_NAME.search(name)
     text = (stated or "1").strip()

@@ -62,7 +62,10 @@ class ReadOptions:
 
     @property
     def unit_by_kind(self) -> dict[str, str]:
-        """Unit that the caller gave, by kind of sensor; empty without a unit and for the unit ``"1"``."""
+        """Unit that the caller gave, by kind of sensor; empty without a unit and for the unit ``"1"``.
+
+        Raises `InputError` for an unknown unit.
+        """
         if self.unit is None or self.unit == "1":
             return {}
         return units_by_kind(self.unit, self.meaning or "rate")

@@ -33,8 +33,10 @@ def heading(recording: Any) -> str:
 def _value_text(value: Any) -> str:
     """Short text of a value for a `repr`.
 
-    ``<38 from 0.01 to 2400>`` for an array, ``<2: gx, gy>`` (number and keys) for a mapping, ``<12 × float>`` for a
-    sequence of more than 8 items. Any other value is its `repr` if that has at most 60 characters, else its type.
+    ``<38 from 0.01 to 2400>`` for an array, ``<2: gx, gy>`` (number and keys) for a mapping, ``<none>`` for an empty
+    one, ``<12 × float>`` for a sequence of more than 8 items, also a text. Any other value is its `repr` if that has at
+    most 60 characters. Else a sequence is ``<3 × str>`` (number of items, type of the first), and another value
+    ``<Model>`` (its type).
     """
     if isinstance(value, np.ndarray):
         return array_text(value)

@@ -41,7 +41,10 @@ def read_value(file: IO[bytes]) -> Any:
 
 
 def _write_array(file: IO[bytes], array: NDArray[Any]) -> tuple[str, tuple[int, ...], int]:
-    """Write an array to a file in C order; returns (dtype as text, shape, offset in the file in bytes)."""
+    """Write an array to a file in C order; returns (dtype as text, shape, offset in the file in bytes).
+
+    Raises `TypeError` for a dtype that cannot be transferred.
+    """
     if array.dtype.kind not in KINDS:
         raise TypeError(f"an array of {array.dtype} cannot be transferred")
     file.write(bytes(-file.tell() % ALIGNMENT))

@@ -164,7 +164,10 @@ class _Parser:
         return token
 
     def parse_all(self) -> _Quantity:
-        """`_Quantity` of the whole text."""
+        """`_Quantity` of the whole text.
+
+        Raises `ValueError` also if the scale is 0 or ∞.
+        """
         result = self.parse_product()
         if self.at < len(self.tokens):
             raise ValueError(self.tokens[self.at][1])
@@ -173,7 +176,10 @@ class _Parser:
         return result
 
     def parse_product(self) -> _Quantity:
-        """`_Quantity` of a product or quotient, such as ``deg/s``; symbols side by side are multiplied, as in ``N m``."""
+        """`_Quantity` of a product or quotient, such as ``deg/s``; symbols side by side are multiplied, as in ``N m``.
+
+        Parsing stops before the first token that cannot continue the product.
+        """
         result = self.parse_power()
         while True:
             kind, text = self.peek_token()
@@ -307,7 +313,8 @@ def is_frequency(text: str | None) -> bool:
 def rate_unit(text: str, quantity: str) -> Unit:
     """`Unit` of the rate of samples in the unit `text`: ``deg/s`` for an angle or increment in ``deg``.
 
-    A unit of a rate is returned as it is. Seconds, the phase of a clock, give ``1``.
+    With the quantity ``"rate"``, or if `text` is already the unit of a rate, it is the unit `text` itself. Otherwise
+    seconds, the phase of a clock, give ``1``. Raises `InputError` if `text` is no unit.
     """
     if quantity == "rate":
         return parse_unit(text)
@@ -329,7 +336,10 @@ def units_by_kind(text: str, quantity: str = "rate") -> dict[str, str]:
 
 
 def coefficient_unit(unit: str, power_of_second: float) -> str:
-    """Unit U·s^power of a coefficient: ``deg/s·s^½``; powers are 1 for Q, ½ for N, 0 for B, −½ for K, −1 for R."""
+    """Unit U·s^power of a coefficient: ``deg/s·s^½``; powers are 1 for Q, ½ for N, 0 for B, −½ for K, −1 for R.
+
+    Raises `KeyError` for another power.
+    """
     spelled = {
         1.0: f"{unit}·s",
         0.5: f"{unit}·s^½",

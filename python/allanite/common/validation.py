@@ -53,7 +53,7 @@ def require_quantity(quantity: object) -> None:
 
 
 def require_recording(given: object) -> None:
-    """Raise `InputError` if the argument is no recording or summary, that is, without `columns` and `rate`."""
+    """Raise `InputError` unless the argument has `columns` and `rate`, as a recording or a summary."""
     if hasattr(given, "columns") and hasattr(given, "rate"):
         return
     if isinstance(given, (str, PathLike)):
@@ -97,7 +97,10 @@ def require_frequencies(values: object, name: str, unit: str) -> Array:
 
 
 def check_size(samples: Array, label: str, of: str) -> None:
-    """Raise `InputError` for samples whose fourth powers are too large or too small for a double, unless constant."""
+    """Raise `InputError` for samples whose fourth powers are too large or too small for a double, unless constant.
+
+    Their largest deviation from the mean must be from 1e-75 to 1e75.
+    """
     with np.errstate(over="ignore", invalid="ignore"):
         largest = float(np.abs(samples - samples.mean()).max())
     if largest != 0.0 and not DEVIATION_RANGE[0] <= largest <= DEVIATION_RANGE[1]:

@@ -79,7 +79,10 @@ def samples_of(x: object, rate: float, quantity: str) -> Samples:
 
 
 def one_column(x: object) -> NDArray[Any]:
-    """Samples as an array of native integers, float32 or float64, shape (n,). Masked samples become NaN, booleans int8."""
+    """Samples as an array of native integers, float32 or float64, shape (n,). Masked samples become NaN, booleans int8.
+
+    Raises `InputError` for other shapes and other types.
+    """
     array = x if type(x) is np.ndarray else _array_of_object(x)
     if array.ndim != 1:
         raise InputError(
@@ -112,7 +115,11 @@ def _array_of_object(x: Any) -> NDArray[Any]:
 def averaging_factors(
     src: Samples, taus: str | int | ArrayLike, factors: ArrayLike | None, most: int
 ) -> tuple[NDArray[np.int64], tuple[str, ...]]:
-    """Ascending averaging factors from 1 to `most` that `taus` or `factors` request, and remarks on those changed."""
+    """Ascending averaging factors from 1 to `most` that `taus` or `factors` request, and remarks on those changed.
+
+    The remarks state what was rounded or omitted. Raises `TooShortError` if no factor is left, and `InputError` for
+    unusable values.
+    """
     if factors is None and isinstance(taus, str):
         if taus not in ("octave", "decade", "all"):
             raise InputError(
@@ -139,7 +146,10 @@ def averaging_factors(
 def _explicit_factors(
     src: Samples, values: ArrayLike, seconds: bool
 ) -> tuple[NDArray[np.int64], tuple[str, ...]]:
-    """Ascending, unique averaging factors, from given factors or from times (s) if `seconds`, and remarks on rounding."""
+    """Ascending, unique averaging factors, from given factors or from times (s) if `seconds`, and remarks on rounding.
+
+    Raises `InputError` for unusable values, such as fractional factors.
+    """
     try:
         wanted = np.atleast_1d(np.asarray(values))
         whole = not seconds and wanted.dtype.kind == "i" and wanted.ndim == 1 and wanted.size > 0

@@ -77,7 +77,11 @@ class Parameter:
     figures: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
 
     def accepted(self, value: Any, several: bool) -> Any:
-        """Given `value`, checked and converted: float within the bounds, text, or, if `several`, tuple of floats."""
+        """Given `value`, checked and converted: float within the bounds, text, or, if `several`, tuple of floats.
+
+        If `several`, a single number counts as a list, and only `MAX_NUMBER` bounds the numbers. Raises `InputError`
+        for another type or a number out of the bounds. The message starts with the parameter's name.
+        """
         if several:
             low, high = -MAX_NUMBER, MAX_NUMBER
             given = [value] if isinstance(value, (int, float)) else value
@@ -91,7 +95,10 @@ class Parameter:
         return self._number(value, *self.bounds)
 
     def _number(self, value: Any, low: float, high: float) -> float:
-        """Given `value` as a float between `low` and `high`, not as a text; else InputError."""
+        """Given `value` as a float; `InputError` if it is not a number from `low` to `high`.
+
+        Texts and NaN are rejected; infinity is accepted if it is within the bounds.
+        """
         try:
             # Texts are rejected, although float() would parse them.
             number = math.nan if isinstance(value, (str, bytes)) else float(value)
@@ -112,7 +119,10 @@ class Parameter:
 
 
 def texts_for_clocks(**texts: str) -> Mapping[str, Mapping[str, str]]:
-    """Class attribute `texts` of an effect with other ``physics``, ``looks_like`` or ``check_by`` for clocks."""
+    """Class attribute `texts` of an effect with other ``physics``, ``looks_like`` or ``check_by`` for clocks.
+
+    Omitted texts are as for other sensors.
+    """
     return {"fractional frequency": texts}
 
 

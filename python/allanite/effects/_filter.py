@@ -215,8 +215,8 @@ def _filtered_term(term: Term, response: Response) -> tuple[Term, ...]:
 def _filtered_sum(pieces: list[Term], response: Response, less: float) -> list[Term]:
     """Terms of a sum of `pieces` after the filter, minus `less` times the unfiltered sum.
 
-    `pieces` are white noise, random walks and exponentials. One exponential is added for each pole of the filter
-    (one for a conjugate pair), even if its amplitude is 0.
+    `pieces` are white noise, random walks and exponentials. One exponential is added for each pole of the filter (one
+    for a conjugate pair), even if its amplitude is 0. White noise and a random walk of variance 0 are omitted.
     """
     out: list[Term] = []
     # Spectra at the poles of the filter.

@@ -81,7 +81,10 @@ class Follower(Deterministic):
     family = "covariate"
 
     def regressors(self, time: Array, covariates: Columns) -> Array:
-        """The weighted sums of `sums_of_lagged`, shape (n, regressors)."""
+        """The weighted sums of `sums_of_lagged`, shape (n, regressors).
+
+        Raises `InputError` if the recording has no such column.
+        """
         followed_column(self, covariates)
         rows = [
             weighted_sum([(weight, part.series(time, covariates)) for weight, part in parts])

@@ -27,7 +27,11 @@ Switches = tuple[tuple[float, ...], tuple[float, ...]]
 
 
 def interval_switches(when: tuple[float, float] | None, factor: float | None) -> Switches:
-    """Pair (times, factors): (start, end) of the interval `when`, s, and (`factor`, 1), the factors from these times."""
+    """Pair (times, factors): (start, end) of the interval `when`, s, and (`factor`, 1), the factors from these times.
+
+    An end before the start is replaced by the start, and a `factor` of None or 0 by 1. Both tuples are empty if `when`
+    is None.
+    """
     return ((), ()) if when is None else ((when[0], max(when)), (factor or 1.0, 1.0))
 
 

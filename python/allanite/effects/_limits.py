@@ -84,8 +84,9 @@ def limitable(parameter: Parameter) -> bool:
 def limits_of(kind: str, parameters: Sequence[Parameter], given: Any) -> Limits:
     """Checked `Limits` from user input: a mapping of parameter names to pairs (lower, upper), None for no limit.
 
-    A limit at or beyond an end of the parameter's own range becomes −∞ or ∞. Raises `InputError` unless the lower limit
-    is below the upper one, one of them is within the range, and the parameter can have limits.
+    A limit at or beyond an end of the parameter's own range becomes −∞ or ∞. Pairs without a finite limit are omitted.
+    Raises `InputError` for anything but numbers and None, for a lower limit that is not below the upper one, for limits
+    entirely outside the range, and for a parameter that cannot have limits.
     """
     if not isinstance(given, Mapping):
         raise InputError(f"{kind}: limits must be (low, high) by name, found {str(given)[:40]!r}")

@@ -49,7 +49,10 @@ def held_and_limits(effect: Effect) -> dict[str, Any]:
 
 
 def model_from_dict(document: dict[str, Any], source: str) -> Model:
-    """`Model` in a model, fit or check document; `source` names the document in messages of `InputError`."""
+    """`Model` in a model, fit or check document; `source` names the document in messages.
+
+    Raises `InputError` for several columns, another schema, an unknown effect, no effects, or an invalid format.
+    """
     if "columns" in document:
         raise InputError(
             f"{source} contains models of several columns, but one is needed; save that model separately"
@@ -122,7 +125,10 @@ def save_model(model: Model, path: str | Path, recording: Mapping[str, Any] | No
 
 
 def as_model(given: object) -> Model:
-    """`Model` from a `Model`, an effect, a model string, the path of a JSON file, or an object with a `model` (a fit)."""
+    """`Model` from a `Model`, an effect, a model string, the path of a JSON file, or an object with a `model` (a fit).
+
+    Raises `InputError` for an object of another type, also a `Path`, and for an invalid string or file.
+    """
     given = getattr(given, "model", given)
     if isinstance(given, Effect):
         return Model((given,))

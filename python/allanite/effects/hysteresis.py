@@ -65,7 +65,10 @@ class Hysteresis(Follower):
 
     @classmethod
     def candidates(cls, model: Model, columns: Columns) -> tuple[Self, ...]:
-        """One effect for each candidate column, whose attribute `reach` is the range of widths to try."""
+        """One effect for each candidate column, whose attribute `reach` is the range of widths to try.
+
+        Columns whose 1 % and 99 % quantiles are equal are omitted.
+        """
         out = []
         for effect in super().candidates(model, columns):
             low, high = np.quantile(columns[str(effect.column)], (0.01, 0.99))
@@ -94,7 +97,10 @@ class Hysteresis(Follower):
         return 2.0 * (self.coefficient or 0.0) * (self.width or 0.0)
 
     def regressors(self, time: Array, covariates: Columns) -> Array:
-        """The followed column minus its mean after the hysteresis (play) operator of half-width `width`, shape (n, 1)."""
+        """The followed column minus its mean after the hysteresis (play) operator of half-width `width`, shape (n, 1).
+
+        Each joined log is processed on its own. A `width` of None counts as 0.
+        """
         column = followed_column(self, covariates)
         column = column - column.mean()
         return by_run(column, self.starts, lambda run: play(run, self.width or 0.0))[:, None]

@@ -101,7 +101,10 @@ class ModulatedVibration(Resonance):
 
     @property
     def peaks(self) -> tuple[tuple[float, float], ...]:
-        """Limits (low, high), Hz, of the carrier, the lower and the upper sideband, which are equally wide."""
+        """Limits (low, high), Hz, of the carrier, the lower and the upper sideband, which are equally wide.
+
+        Without a modulation frequency, only the carrier; empty without a frequency.
+        """
         if self.occupies is None or self.modulation is None:
             return super().peaks
         low, high = self.occupies

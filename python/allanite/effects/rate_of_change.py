@@ -60,7 +60,10 @@ class RateOfChange(Follower):
         return np.geomspace(max(2.0, n / 1000.0), max(4.0, n / 20.0), 8) / rate
 
     def sums_of_lagged(self) -> tuple[tuple[tuple[float, LaggedColumn], ...], ...]:
-        """One sum of two pairs: (column − low-passed column)/lag, the slope of the low-passed column, unit/s."""
+        """One sum of two pairs: (column − low-passed column)/lag, the slope of the low-passed column, unit/s.
+
+        Raises `InputError` if the lag (the time constant of the low-pass) has no value or is 0.
+        """
         if not self.lag:
             raise InputError(
                 "rate_of_change: lag has no value; write DOT(column=NAME, lag=SECONDS)"

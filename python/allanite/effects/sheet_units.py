@@ -63,7 +63,10 @@ def units_of_sheets(parameter: Parameter) -> Mapping[str, str]:
 
 
 def sheet_unit(parameter: Parameter, sample: str) -> str:
-    """Unit of a parameter as in data sheets, such as °/√h for N, or as requested; `sample` is the unit of the samples."""
+    """Unit of a parameter as in data sheets, such as °/√h for N, or as requested; `sample` is the unit of the samples.
+
+    A unit that does not depend on the samples, such as Hz, is returned unchanged.
+    """
     power = parameter.unit
     if not isinstance(power, float):
         return power

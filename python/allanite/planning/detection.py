@@ -99,7 +99,10 @@ class Power:
         return float(effect.values[parameter])
 
     def _effect_and_parameter(self, name: str) -> tuple[Effect, str]:
-        """Tuple (effect of the model, name of its parameter) for a key of `standard_errors`, such as ``GM.q_c``."""
+        """Tuple (effect of the model, name of its parameter) for a key of `standard_errors`, such as ``GM.q_c``.
+
+        Raises `InputError` for any other name.
+        """
         from allanite.planning.standard_errors import effect_labels
 
         label, _, parameter = name.partition(".")
@@ -251,7 +254,10 @@ def detection_power(
 
 
 def as_effect(effect: Effect | str) -> Effect:
-    """`effect` itself, or the single effect of a string; `InputError` if it cannot be planned from a spectrum."""
+    """`Effect`: `effect` itself, or the single effect that a string describes.
+
+    Raises `InputError` if the string has several effects, or if the effect cannot be planned from a spectrum.
+    """
     if isinstance(effect, str):
         parsed = parse_model(effect)
         if len(parsed) != 1:
@@ -369,7 +375,10 @@ def _with_wandering_process(noise: Model) -> list[Model]:
 
 
 def _level_change_law(noise: Model, effect: Modifier, data: Data) -> DeltaLoglLaw:
-    """Distribution of ΔlogL of two white-noise levels relative to one level, over the bins that white noise dominates."""
+    """Distribution of ΔlogL of two white-noise levels relative to one level, over the bins that white noise dominates.
+
+    Raises `InputError` if the model has no white noise.
+    """
     if noise.white is None:
         raise InputError(f"{effect.kind}: the model has no white noise whose level could change")
     white = Model((noise.white,))

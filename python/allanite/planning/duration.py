@@ -235,8 +235,8 @@ def _shortest_duration(
 def _alternative_model(base: Model, names: tuple[str, str]) -> Model:
     """Copy of the model `base` in which one of two named effects, such as ``GM`` and ``K``, is replaced by the other one.
 
-    `base` must contain exactly one of the two. The other effect has no values and is the last effect of the copy; it must
-    not be a known function of time.
+    `base` must contain exactly one of the two. The other effect has no values and is the last effect of the copy; it
+    must not be a known function of time. Raises `InputError` otherwise.
     """
     if len(names) != 2:
         raise InputError(f"tell = {', '.join(names)}: two effects, such as GM,K")

@@ -102,6 +102,7 @@ def signal_ordinates(effect: Deterministic, j: NDArray[np.int64], data: Data, gr
     """Cosine transform (unit U) of a known function of time over the record, at the ordinates j, shape of j.
 
     Periodic functions are exact; slow functions are computed on the coarse `grid`, others at every sample of `data`.
+    Raises `InputError` if `grid` lacks the column that a slow function follows.
     """
     if effect.periodic:
         multiples = [m for m, _, _ in effect.lines]

@@ -175,7 +175,10 @@ def _read_recording(path: Any, options: ReadOptions) -> tuple[Recording, tuple[s
 def _recording_of_table(
     path: Path | None, options: ReadOptions, table: Table, layout: Layout
 ) -> Recording:
-    """`Recording` of the columns that the layout selects, with all findings about the log and its columns."""
+    """`Recording` of the columns that the layout selects, with all findings about the log and its columns.
+
+    Raises `InputError` if the requested rate contradicts the file or the stamps.
+    """
     refuse_contradicting_rate(options, table.rate, None)
     covariates, dead = _covariates_with_values(table, layout)
     time, time_unit = _time_and_unit(table, layout, options)
@@ -376,7 +379,10 @@ def _length_without_trailing_nan(column: NDArray[Any]) -> int:
 
 
 def _scaled_samples(table: Table, layout: Layout) -> NDArray[Any]:
-    """Sample columns times their scales: array of shape (n,), or (n, columns) for several columns."""
+    """Sample columns times their scales: array of shape (n,), or (n, columns) for several columns.
+
+    The array is read-only, except for a single column that is a view of another array.
+    """
     factors = [layout.columns[i].scale for i in layout.samples]
     taken = [
         table[i] if factor == 1.0 else table[i] * factor

@@ -61,14 +61,20 @@ def kind_of_numbers(values: NDArray[Any]) -> str | None:
 
 
 def falls_often(values: NDArray[Any]) -> bool:
-    """True if the first 20 000 values fall more often than once per 20 rises; a time column may restart now and then."""
+    """True if the first 20 000 values fall more often than once per 20 rises; a time column may restart now and then.
+
+    False if the values never rise.
+    """
     steps = np.diff(np.asarray(values[:ROWS], dtype=np.float64))
     rising, falling = np.count_nonzero(steps > 0), np.count_nonzero(steps < 0)
     return bool(0 < rising < MIN_RISING_PER_FALLING * falling)
 
 
 def repeats_exactly(values: NDArray[Any]) -> bool:
-    """True if whole numbers repeat with a period of 2 to 16 rows, such as identifiers of alternating devices."""
+    """True if whole numbers repeat with a period of 2 to 16 rows, such as identifiers of alternating devices.
+
+    Only the first 20 000 rows count. False for constant or non-finite numbers and for fewer than 80 rows.
+    """
     x = np.asarray(values[:ROWS])
     if x.size < 5 * MAX_PERIOD or not np.isfinite(x).all() or not np.all(x == np.rint(x)):
         return False
@@ -77,7 +83,10 @@ def repeats_exactly(values: NDArray[Any]) -> bool:
 
 
 def is_serial_number(values: NDArray[Any]) -> bool:
-    """True if a column holds the same whole number of at least 100 in its first 20 000 rows."""
+    """True if a column holds the same whole number of at least 100 in its first 20 000 rows.
+
+    False for fewer than 20 rows.
+    """
     x = np.asarray(values[:ROWS])
     return bool(
         x.size >= MIN_ROWS and x[0] >= 100 and np.all(x == x[0]) and float(x[0]).is_integer()

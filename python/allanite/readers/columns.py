@@ -76,7 +76,10 @@ class Layout:
 
 
 def layout_of(table: Table, options: ReadOptions) -> Layout:
-    """`Layout` of a table, which may hold only the first rows: role, unit, scale and use of every column."""
+    """`Layout` of a table, which may hold only the first rows: role, unit, scale and use of every column.
+
+    Raises `InputError` for an unknown column, without a sensor, and if a unit contradicts the header.
+    """
     return layout_from_roles(Roles(table, options), options)
 
 
@@ -137,7 +140,10 @@ def _factors_of(
 
 
 def _covariates(found: Roles, options: ReadOptions, samples: Sequence[int]) -> tuple[int, ...]:
-    """Indices of the covariates: temperatures, then requested columns, without the `samples`."""
+    """Indices of the covariates: temperatures, then requested columns, without the `samples`.
+
+    Temperatures that are text are left out. Raises `InputError` for an unknown requested column.
+    """
     table = found.table
     temperatures = [i for i in found.with_role("temperature") if i not in table.texts]
     requested = [find_column(name, table.names) for name in options.covariates]

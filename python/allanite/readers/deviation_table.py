@@ -35,7 +35,8 @@ MAX_ROUGHNESS = 0.3
 def is_deviation_table(names: Sequence[str], columns: Sequence[Array | None]) -> bool:
     """True if the columns are averaging times and deviations, by their names or, without names, by their numbers.
 
-    The numbers must have at least 8 positive rows, regularly rising times, and further columns that fall smoothly.
+    The numbers must have at least 8 rows, all positive, regularly rising times, and further columns that fall smoothly.
+    If a column was not read (None), only the names can show it.
     """
     if any(map(_TAU.match, names)) and any(map(_DEVIATION.search, names)):
         return True

@@ -35,7 +35,7 @@ def table_of(frame: Any) -> Table:
     """`Table` of a data frame, a series, an xarray object or an Arrow table; raises `InputError` without numbers.
 
     The time is the index if it holds date-times or floats. Otherwise it is the first column that holds date-times, or
-    that has no numbers but the name of a time. Other columns without numbers are ignored.
+    that has no numbers but the name of a time. Other columns without numbers are ignored. Booleans become 0 and 1.
     """
     time = stamps_of_index(frame)
     columns: list[tuple[str, NDArray[Any], str | None]] = []

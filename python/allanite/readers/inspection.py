@@ -325,7 +325,10 @@ def _columns_of(table: Table, options: ReadOptions) -> tuple[LogColumn, ...]:
 
 
 def _describe_column(table: Table, at: int, known: LogColumn, *, joined: bool) -> Column:
-    """`Column` with range, first three values and doubts; `joined` is true for a time in several columns."""
+    """`Column` with range, first three values and doubts; `joined` is true for a time in several columns.
+
+    The range is NaN without finite values. A used `joined` time column has no own rate.
+    """
     doubts: list[str] = []
     found: dict[str, Any] = {f.name: getattr(known, f.name) for f in fields(known)}
     x = table.columns[at]
@@ -361,7 +364,7 @@ def _describe_stamps(time: NDArray[Any]) -> Column:
     """`Column` named ``(time)`` for time stamps that are not a column of the table.
 
     Date-times are in ns since 1970. Durations, and date-times within the first year, are in s. Plain numbers have no
-    unit.
+    unit. Texts have no first values and the range NaN. Unusable stamps have a doubt instead of a rate.
     """
     rate: float | None = None
     doubts: tuple[str, ...] = ()

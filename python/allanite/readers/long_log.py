@@ -138,7 +138,10 @@ def _read_stamps(
     given = 0
 
     def add(rows: NDArray[Any], end: int) -> None:
-        """Add the stamps ``rows[given:end]`` to the sums; the others are only neighbors."""
+        """Add the stamps ``rows[given:end]`` to the sums; the others are only neighbors.
+
+        Raises `InputError` if any of the `rows` is not finite.
+        """
         bad = np.flatnonzero(~np.isfinite(rows))
         if bad.size:
             row = sums.rows - given + int(bad[0])
@@ -224,7 +227,10 @@ def _open_text(path: Path) -> tuple[Table, _Rows]:
 
 
 def _open_npy(path: Path) -> tuple[Table, _Rows]:
-    """Tuple (table of the first rows, function that yields the given columns in chunks) of a memory-mapped NPY file."""
+    """Tuple (table of the first rows, function that yields the given columns in chunks) of a memory-mapped NPY file.
+
+    Raises `InputError` if a number is not finite, or if the file is no array of numbers.
+    """
     array = npy.load(path, largest_read=0)
     if array.dtype.kind == "f":
         require_finite(array, None)

@@ -77,7 +77,12 @@ def member(path: Path, topics: Sequence[str]) -> Iterator[Path]:
 
 
 def _log_to_read(logs: dict[str, str], topics: Sequence[str]) -> str:
-    """Key in `logs` of the log to read: the given topic, or else a gyroscope, an accelerometer, or the only log."""
+    """Key in `logs` of the log to read: the given topic, or else a gyroscope, an accelerometer, or the only log.
+
+    A sensor is recognized by ``gyro``, ``acc`` or ``linear`` in the name, in this order. Names with ``uncal`` are
+    skipped, and the shortest of several names is chosen. Raises `InputError` for no log, several topics, an unknown
+    topic, and several logs without such a name.
+    """
     if not logs:
         raise InputError("no text log in the archive")
     listed = ", ".join(sorted(logs))

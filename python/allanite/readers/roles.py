@@ -300,7 +300,10 @@ def _is_gps_calendar(values: NDArray[Any], days: NDArray[Any]) -> bool:
 
 
 def _looks_like_time(table: Table) -> bool:
-    """True if the first of several columns rises in every row by similar steps (median deviation below 50 %)."""
+    """True if the first of several columns rises in every row by similar steps (median deviation below 50 %).
+
+    False for fewer than 100 rows, or if the first column was not read.
+    """
     if len(table.names) < 2 or table.columns[0] is None or table.n < MIN_STAMPS:
         return False
     with np.errstate(invalid="ignore", over="ignore"):  # infinities and NaN are no time

@@ -111,7 +111,11 @@ def read(path: Path, pick: Picker) -> Table:
 
 
 def _read_table(path: Path, pick: Picker) -> Table:
-    """`Table` with the picked columns of a text log; the others are None."""
+    """`Table` with the picked columns of a text log; the others are None.
+
+    `pick` sees the first rows. Day and month of slashed dates are exchanged if the record is shorter then, which a note
+    says. Raises `InputError` for damaged cells and for too little memory.
+    """
     first, cells, delimiter = first_rows_of(path)
     wanted = sorted(set(pick(first)))
     require_memory(
@@ -188,9 +192,10 @@ def exchange_day_and_month(seconds: Array) -> Array:
 
 
 def day_comes_first(chunks: Iterable[Array]) -> bool:
-    """True if slashed dates such as 03/04/2026 state the day first: the record is then shorter, and not below one day.
+    """True if slashed dates such as 03/04/2026 state the day first.
 
-    `chunks` are the date-times in s since 1970, read with the month first.
+    This is so if a record of at least one day becomes shorter when day and month are exchanged. False if a time is
+    missing. `chunks` are the date-times in s since 1970, read with the month first.
     """
     ends: list[Array] = []
     for seconds in chunks:
@@ -280,7 +285,10 @@ def _lines_of_cells(path: Path, count: int) -> Iterator[list[str]]:
 
 
 def _units_below(path: Path, names: tuple[str, ...]) -> tuple[str | None, ...] | None:
-    """Units in a line below the names: ``(us) (na) (m/s^2)`` or ``ms deg/s``; None without such a line."""
+    """Units in a line below the names: ``(us) (na) (m/s^2)`` or ``ms deg/s``; None without such a line.
+
+    An entry is None for empty brackets, or for ``-``, ``n/a`` and the like without brackets.
+    """
     rows = list(_lines_of_cells(path, len(names)))
     for cells in rows:
         found = [_UNIT.match(cell) for cell in cells]

@@ -24,7 +24,7 @@ def axis_letter(name: str) -> str | None:
 def axis_triples(names: Sequence[str]) -> list[tuple[int, ...]]:
     """Triples of ascending indices of names that differ only in the letter x, y or z; of equal names, the first counts.
 
-    Without such a triple, three names of any kind give [(0, 1, 2)].
+    Without such a triple, three names of any kind give [(0, 1, 2)], and other numbers of names an empty list.
     """
     stems: dict[str, dict[str, int]] = {}
     for place, name in enumerate(names):

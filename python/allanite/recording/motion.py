@@ -237,7 +237,8 @@ class _Averages:
     ) -> _Activity:
         """`_Activity` in each of `windows` of `length` samples, against the largest activity `limit` at rest (SI units).
 
-        With `without_white`, `limit` is halved if shorter averages measure the white noise.
+        White noise raises the limit if it explains the usual activity. With `without_white`, `limit` is halved if
+        shorter averages measure the white noise.
         """
         found = _activity_per_window(self.changes, self.m, length, windows)
         white = _white_noise_activity(self.bends, self.m, self.short, length, windows)
@@ -411,7 +412,8 @@ def _activity_per_window(
 def _largest_tilt(recording: Recording, kinds: list[str]) -> float:
     """Largest angle between the direction of gravity in one tenth of the record and its median direction, degrees.
 
-    0 unless exactly three accelerometers are logged as rates and measure 0.5 to 1.5 times gravity in every tenth.
+    0 unless exactly three accelerometers are logged as rates and measure 0.5 to 1.5 times gravity in every tenth. A
+    tenth without samples of an axis is skipped.
     """
     axes = [i for i, kind in enumerate(kinds) if kind == ACCELERATION]
     if len(axes) != 3 or recording.quantity != "rate":
@@ -477,7 +479,8 @@ def _longest_still_segment(
 def _turns_of(rates: Array, rate: float) -> list[tuple[float, float, float]]:
     """Turns (start in s, end in s, angle in degrees) in the samples of a gyroscope, deg/s, sorted by start.
 
-    A turn lasts 3 to 60 s, reaches at least 10°, and exceeds 1 deg/s and six times the noise of averages of 1 s.
+    A turn lasts 3 to 60 s, reaches at least 10°, and exceeds 1 deg/s and six times the noise of averages of 1 s. Empty
+    for fewer than six averages, and for sampling rates below 0.04 Hz. Missing samples are NaN.
     """
     m = max(1, round(TURN_AVERAGING_TIME * rate))
     seconds = m / rate

@@ -131,7 +131,10 @@ def _expected_repeats(equal: NDArray[np.bool_], ratio: float) -> NDArray[np.bool
 
 
 def longest_run(samples: NDArray[Any]) -> tuple[int, int, int]:
-    """First index and length of the longest run of one value, and number of samples that equal the previous one."""
+    """First index and length of the longest run of one value, and number of samples that equal the previous one.
+
+    NaN equals nothing.
+    """
     n, longest, start, run_start, equal = samples.size, 1, 0, 0, 0
     for at in range(0, n - 1, PART_SAMPLES):
         part = samples[at : at + PART_SAMPLES + 1]

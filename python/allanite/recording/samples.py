@@ -77,7 +77,10 @@ def _infinity_text(
 
 
 def column_names(columns: Sequence[str] | None, array: NDArray[Any]) -> tuple[str, ...]:
-    """Printable, distinct names of the columns of an array: those given, or x, or x0, x1, …."""
+    """Printable, distinct names of the columns of an array: those given, or x, or x0, x1, ….
+
+    Raises `InputError` for another number of names than columns.
+    """
     k = 1 if array.ndim == 1 else array.shape[1]
     if columns is None:
         return default_names(k)
@@ -186,7 +189,10 @@ def averaged(samples: NDArray[Any], k: int, quantity: str) -> NDArray[Any]:
 
 
 def unit_names(unit: Any, quantity: str, count: int) -> tuple[str, ...]:
-    """Names of the units of `count` columns, from one text for all columns or one for each."""
+    """Names of the units of the rates of `count` columns, from one text for all columns or one for each.
+
+    The texts are units of samples of this `quantity`, as in `rate_unit`. Raises `InputError` for anything else.
+    """
     try:
         units = (unit,) * count if isinstance(unit, str) else tuple(unit)
     except TypeError:

@@ -143,7 +143,11 @@ def role_and_reason(name: str, unit: str | None) -> tuple[Role, str]:
 
 
 def _is_magnetometer(name: str, words: str, unit: str | None) -> bool:
-    """True if the name or the unit is that of a magnetometer, and the name is not that of an inertial sensor."""
+    """True if the name or the unit is that of a magnetometer, and the name is not that of an inertial sensor.
+
+    `words` is `words_in` of the name. Raises `InputError` for an unknown unit, unless the name is that of an inertial
+    sensor.
+    """
     if sensor_kind(name) is not None:
         return False
     magnetic = unit is not None and parse_unit(unit).kind == MAGNETIC_FIELD

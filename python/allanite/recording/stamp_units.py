@@ -72,7 +72,10 @@ def stamp_numbers(time: ArrayLike, unit: str | None) -> tuple[NDArray[Any], str 
 
 
 def _dates_or_floats(t: NDArray[Any]) -> NDArray[Any]:
-    """datetime64[ns] in UTC of date-times or ISO texts, or floats if the values are texts of numbers."""
+    """datetime64[ns] in UTC of date-times or ISO texts, or floats if the values are texts of numbers.
+
+    Raises `InputError` for other values.
+    """
     try:
         naive = [str(v).strip().removesuffix("Z").removesuffix("+00:00") for v in t.tolist()]
         # 31.01.2026 12:00:00.5: the day first.

@@ -279,7 +279,10 @@ def segments_between_gaps(n: int, gaps: list[tuple[int, int]]) -> tuple[tuple[in
 
 
 def index_of_segment(pieces: tuple[tuple[int, int], ...], piece: int | None) -> int:
-    """Index, from 0, of the segment with the number `piece`, counted from 1; by default of the longest segment."""
+    """Index, from 0, of the segment with the number `piece`, counted from 1; by default of the longest segment.
+
+    Raises `InputError` for an unknown number.
+    """
     if piece is None:
         return int(np.argmax([end - first for first, end in pieces]))
     if not 1 <= piece <= len(pieces):

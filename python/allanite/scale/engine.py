@@ -91,7 +91,10 @@ def summarize(
 
 
 def _summary_task(array: Any, rate: float | None, unit: Any, columns: Sequence[str] | None) -> Any:
-    """Dask task whose result is the `Summary` of a whole array, merged from the summaries of its chunks."""
+    """Dask task whose result is the `Summary` of a whole array, merged from the summaries of its chunks.
+
+    Raises `InputError` for a wrong shape, without a rate, and for chunks of unknown size.
+    """
     from dask import delayed
 
     if array.ndim not in (1, 2):

@@ -35,7 +35,8 @@ def _naming_errors(path: Path) -> Iterator[None]:
 def read_journal(path: Path, on_note: Callable[[str], None]) -> dict[str, Rows]:
     """Dict from the journal key of each finished log to its rows (list of dicts, one per axis); {} if there is no file.
 
-    Damaged lines are skipped; if there are any, `on_note` is called once with a line of text about them.
+    Damaged lines are skipped; if there are any, `on_note` is called once with a line of text about them. Raises
+    `InputError` if `path` is no file or cannot be read.
     """
     if not path.exists():
         return {}

@@ -374,7 +374,7 @@ def _has_changed(path: str, before: tuple[int, ...], read_at: float, content: st
 
 
 def _content_digest(path: str) -> str:
-    """SHA-256, in hexadecimal, of a file, or of all files of a folder and their names; `InputError` for a pipe."""
+    """SHA-256 (hexadecimal) of a file, or of all files of a folder and their names; `InputError` for a pipe or device."""
     digest = hashlib.sha256()
     log = Path(path)
     files = sorted(p for p in log.rglob("*") if p.is_file()) if log.is_dir() else [log]

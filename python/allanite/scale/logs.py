@@ -50,6 +50,7 @@ def logs_of(source: str | Path | Sequence[str | Path]) -> list[Path]:
 
     `source` is a folder (with its subfolders), a glob pattern, a text file with one path per line, a single log, or a
     sequence of paths. In folders and patterns, hidden files, journals, and tables that have a journal are left out.
+    Raises `InputError` if there are no logs.
     """
     if isinstance(source, (str, Path)):
         path = Path(source)
@@ -88,7 +89,8 @@ def _journal_of(table: Path) -> Path:
 def _logs_in_list(path: Path) -> list[Path]:
     """List of `Path`: logs that a text file names, one per line, relative to its folder; empty if the file is no list.
 
-    A list has a file among its first 100 lines and no line over 4096 characters.
+    A list has a file among its first 100 lines and no line over 4096 characters. Raises `InputError` if the file cannot
+    be read.
     """
     named: list[Path] = []
     try:
@@ -228,15 +230,16 @@ def run_fleet(
 
     Child processes work on the logs. A log that cannot be read, changes meanwhile, crashes its process, or exceeds its
     memory or `deadline` has one failed row, and does not affect the others. A journal next to the table stores each
-    finished log. The next run with the same options takes these logs, recognized by content, from the journal, and works on
-    all others.
+    finished log. The next run with the same options takes these logs, recognized by content, from the journal, and
+    works on all others, including failed ones. Raises `InputError` if there is no log, the table cannot be written, or
+    an option cannot be used.
 
-    `source` is as of `logs_of`, `rate` and `unit` as of `allanite.read`. `out` is Parquet, or text if it ends with
-    ``.csv``. With `anyway`, logs that are mostly motion, or whose unit contradicts gravity, are used. `scheduler` is the
-    address of a Dask scheduler; by default the processors of this machine are used. The memory limit of a log is
-    ``ALLANITE_MEMORY``, by default an equal share of half of the free memory. `on_done` is called with (logs done, number
-    of logs, path) after each log that was computed. `on_note` is called with a line about each unusable part of the
-    journal; by default a warning.
+    `source` is as of `logs_of`, `model` the initial model, `rate` and `unit` as of `allanite.read`. `out` is Parquet,
+    or text if it ends with ``.csv``. With `anyway`, logs that are mostly motion, or whose unit contradicts gravity, are
+    used. `scheduler` is the address of a Dask scheduler; by default the processors of this machine are used. The memory
+    limit of a log is ``ALLANITE_MEMORY``, by default an equal share of half of the free memory. `on_done` is called
+    with (logs done, number of logs, path) after each log that was computed. `on_note` is called with a line about each
+    unusable part of the journal; by default a warning.
     """
     if is_child():
         raise InputError(
@@ -383,7 +386,8 @@ def _answers_of(
 ) -> Iterator[Answer]:
     """Yields the `Answer` of each log, in any order, from Dask or from `workers` threads with a child each.
 
-    The child processes are killed when the generator is closed.
+    The child processes are killed when the generator is closed. Dask is used if `scheduler` (an address) is given.
+    Raises the exception of a thread.
     """
     if scheduler is not None:
         yield from _answers_by_dask(logs, setup, scheduler)

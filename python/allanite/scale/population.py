@@ -411,7 +411,10 @@ def _parquet_rows(path: Path) -> list[dict[str, Any]]:
 
 
 def serve_parquet_rows(path: str) -> list[dict[str, Any]]:
-    """List of dicts: rows of a Parquet table without other entries than texts and numbers; runs in a child process."""
+    """List of dicts: rows of a Parquet table; entries other than texts and numbers are omitted.
+
+    `_parquet_rows` runs this in a child process.
+    """
     from pyarrow import parquet
 
     with refused_as("a Parquet table"):

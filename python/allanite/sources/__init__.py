@@ -49,11 +49,12 @@ def documents_of(
 ) -> list[dict[str, Any]]:
     """List of model documents (dicts), ``allanite/fit/1`` or ``allanite/model/1``, of a source, one for each axis.
 
-    `source` is a model; a result, or its JSON record; a model string, whose values may have units; or a file. Files are a
-    model file of allanite (JSON), a data sheet (TOML, JSON), a YAML file of Kalibr or imu_utils, a MATLAB script with
-    gyroparams, a loadparams JSON file, and a table of Allan deviations. `unit` is that of the samples, for sources that do
-    not state it. `rate`, Hz, and `record_length`, s, are those of the record behind another tool's result. A document has
-    ``"assumptions"`` if any were made.
+    `source` is a model; a result, or its JSON record; a model string, whose values may have units; or a file. Files are
+    a model file of allanite (JSON), a data sheet (TOML, JSON), a YAML file of Kalibr or imu_utils, a MATLAB script with
+    gyroparams, a loadparams JSON file, and a table of Allan deviations. `unit` is that of the samples, for sources that
+    do not state it. `rate`, Hz, and `record_length`, s, are those of the record behind another tool's result. A
+    document has ``"assumptions"`` if any were made. Raises `InputError` for a file that does not exist or is of an
+    unknown kind, and for a missing value.
     """
     if isinstance(source, Effect):
         source = Model((source,))
@@ -103,7 +104,10 @@ def _documents_of_file(
 
 
 def _documents_of_json_file(path: Path) -> list[dict[str, Any]]:
-    """List of model documents (dicts) in a JSON file: model file of allanite, data sheet, or loadparams file of MATLAB."""
+    """List of model documents (dicts) in a JSON file: model file of allanite, data sheet, or loadparams file of MATLAB.
+
+    Raises `InputError` for any other format.
+    """
     from allanite.sources.datasheet import TABLES, datasheet_of, documents_of_sheet
     from allanite.sources.matlab_parameters import documents_of_parts, sensor_parts
 
@@ -117,7 +121,10 @@ def _documents_of_json_file(path: Path) -> list[dict[str, Any]]:
 
 
 def _documents_of_record(tree: object) -> list[dict[str, Any]]:
-    """List of model documents (dicts), one per column, in a parsed JSON record that allanite wrote."""
+    """List of model documents (dicts), one per column, in a parsed JSON record that allanite wrote.
+
+    Raises `InputError` for any other record.
+    """
     if not isinstance(tree, Mapping) or not str(tree.get("schema")).startswith("allanite/"):
         raise InputError("not a model file of allanite: it has no allanite schema")
     documents = tree.get("columns", [tree])

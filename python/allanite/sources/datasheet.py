@@ -276,7 +276,8 @@ def datasheet_of(parsed: object, name: str) -> DataSheet:
 def _quoted_figure(name: str, given: object) -> Quoted:
     """`Quoted` from the name and the value of a figure: a text such as "18 deg/h", or a mapping with value and unit.
 
-    "one-sided" is appended to the unit of a noise density, unless it says one-sided or two-sided.
+    "one-sided" is appended to the unit of a noise density, unless it says one-sided or two-sided. Raises `InputError`
+    for an unknown name, a value that is not positive, and a missing or unknown unit.
     """
     key = name.strip().lower().replace(" ", "_").replace("-", "_")
     key = _names_by_spelling().get(key, key)
@@ -321,7 +322,10 @@ def documents_of_sheet(sheet: DataSheet, source: str) -> list[dict[str, Any]]:
 
 
 def _sheet_document(sheet: DataSheet, kind: str, source: str) -> dict[str, Any]:
-    """Model document of one kind of sensor; if two figures state the same coefficient, the larger is used."""
+    """Model document of one kind of sensor; if two figures state the same coefficient, the larger is used.
+
+    Raises `InputError` without a figure for N.
+    """
     unit = SI_OF_KIND[kind]
     table = next(t for t, k in TABLES.items() if k == kind)
     by_coefficient: dict[str, Quoted] = {}

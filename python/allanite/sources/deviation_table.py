@@ -59,8 +59,9 @@ def documents_of_table(
     """List of model documents (dicts), one per column of a table of deviations: fitted Q, N, B, K with 95 % intervals.
 
     The first column is τ in s, the others are overlapping Allan deviations. `unit` is that of the samples: one for all
-    columns, or one for each, separated by commas. `rate`, Hz, is by default the reciprocal of the first τ. The uncertainty
-    of each point depends on `record_length`, s, which must be at least twice the longest τ.
+    columns, or one for each, separated by commas. `rate`, Hz, is by default the reciprocal of the first τ. The
+    uncertainty of each point depends on `record_length`, s, which must be at least twice the longest τ. Raises
+    `InputError` if the file is no such table, or if the unit or the record length is missing.
     """
     names, tau, deviations = _read_table(path)
     if not _can_be_deviations(tau, deviations):
@@ -105,7 +106,10 @@ def documents_of_table(
 
 
 def curves_of_table(path: Path, unit: str | None) -> list[tuple[str, str, Array, Array]]:
-    """List of (name, unit, averaging times in s, deviations), one per column of a table of deviations."""
+    """List of (name, unit, averaging times in s, deviations), one per column of a table of deviations.
+
+    Raises `InputError` if the file is not a table, or if the unit is missing.
+    """
     with about(path):
         names, tau, deviations = _read_table(path)
         columns = zip(names, _column_units(unit, names), deviations.T, strict=True)
@@ -133,8 +137,9 @@ def _fitted_factors(tau: Array, rate: float) -> tuple[NDArray[np.int64], NDArray
 def _column_units(unit: str | None, names: list[str]) -> list[str]:
     """List of unit names, one for each column in `names`, from the comma-separated text `unit`.
 
-    The text has one unit for all columns, one per column, or one per kind of sensor. The kind of a column (angular rate,
-    acceleration or frequency) follows from its name.
+    The text has one unit for all columns, one per column, or one per kind of sensor. The kind of a column (angular
+    rate, acceleration or frequency) follows from its name. Raises `InputError` for None, for an unknown unit, and if a
+    column gets no unit.
     """
     if unit is None:
         raise InputError(
@@ -159,7 +164,10 @@ def _column_units(unit: str | None, names: list[str]) -> list[str]:
 
 
 def _read_table(path: Path) -> tuple[list[str], Array, Array]:
-    """Tuple (name of each column of deviations, first column τ, deviations of shape (rows, columns)) of a table."""
+    """Tuple (name of each column of deviations, first column τ, deviations of shape (rows, columns)) of a table.
+
+    Without a header, the names are ``deviation 1``, …. Raises `InputError` as `_header_and_columns`.
+    """
     header, tau, deviations = _header_and_columns(read_table(path, text.all_numbers))
     return header[1:] or [f"deviation {i + 1}" for i in range(deviations.shape[1])], tau, deviations
 
@@ -167,7 +175,7 @@ def _read_table(path: Path) -> tuple[list[str], Array, Array]:
 def _header_and_columns(table: Table) -> tuple[list[str], Array, Array]:
     """Tuple (header, first column of numbers, all further ones as array of shape (rows, columns)) of a table.
 
-    The header is empty if the table has none.
+    The header is empty if the table has none. Raises `InputError` for fewer than two columns of numbers or five rows.
     """
     columns = text.all_numbers(table)
     if table.n < MIN_ROWS or len(columns) < 2:

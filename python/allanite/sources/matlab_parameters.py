@@ -26,7 +26,8 @@ def documents_of_script(text: str, source: str) -> list[dict[str, Any]]:
     """List of model documents (dicts) from the text of a MATLAB script, one per axis.
 
     The script has name-value pairs in gyroparams(…) or accelparams(…), or assignments such as
-    ``imu.Gyroscope.NoiseDensity = …``.
+    ``imu.Gyroscope.NoiseDensity = …``. Raises `InputError` without a sensor, for a sensor without a noise density above
+    0, and for a value that is not one or three numbers.
     """
     text = re.sub(r"%.*", "", text).replace("...", " ")
     rate = re.search(r"SampleRate['\"]?\s*[,=]\s*([\d.eE+-]+)", text)
@@ -59,7 +60,10 @@ def sensor_parts(tree: Mapping[str, Any]) -> list[Mapping[str, Any]]:
 
 
 def documents_of_parts(parts: Sequence[Mapping[str, Any]], source: str) -> list[dict[str, Any]]:
-    """List of model documents (dicts) from the only one of the `sensor_parts` of a loadparams file, one per axis."""
+    """List of model documents (dicts) from the only one of the `sensor_parts` of a loadparams file, one per axis.
+
+    Raises `InputError` for more than one part (sensor product).
+    """
     if len(parts) > 1:
         raise InputError(
             f"contains {len(parts)} parts, but only one can be used: delete the others"
@@ -81,7 +85,8 @@ def _axis_documents(
 ) -> list[dict[str, Any]]:
     """List of model documents (dicts): three named x, y, z if any field has three numbers, else one for the sensor.
 
-    A field with one number applies to all axes. NoiseDensity is divided by √2 unless NoiseType is double-sided.
+    A field with one number applies to all axes. NoiseDensity is divided by √2 unless NoiseType is double-sided. Raises
+    `InputError` without a noise density above 0.
     """
     numbers = {
         letter: _one_or_three_numbers(given[key], key) for key, letter in FIELDS if key in given

@@ -44,7 +44,8 @@ def _refuse_aliases_and_depth(text: str) -> None:
 def documents_of_yaml(path: Path, rate: float | None) -> list[dict[str, Any]]:
     """List of model documents (dicts) from a YAML file of Kalibr or imu_utils, one per sensor or axis.
 
-    `rate`, Hz, is that of the log that imu_utils analyzed, because its file does not contain it.
+    `rate`, Hz, is that of the log that imu_utils analyzed, because its file does not contain it. Raises `InputError`
+    for a file of neither kind, for a value that is not a positive number, and without the rate for imu_utils.
     """
     text = text_of(path, MAX_FILE_BYTES, errors="replace")
     # OpenCV writes "%YAML:1.0", which is not a valid YAML directive.
@@ -73,7 +74,7 @@ def documents_of_yaml(path: Path, rate: float | None) -> list[dict[str, Any]]:
 def _kalibr_documents(node: Mapping[str, Any], source: str, several: bool) -> list[dict[str, Any]]:
     """List of model documents (dicts) of one IMU in a Kalibr file, one per sensor; with `several`, named by ROS topic.
 
-    Sensors without a noise density are left out.
+    Sensors without a noise density are left out. Raises `InputError` unless N and K are positive numbers.
     """
     rate = node.get("update_rate")
     found = []
@@ -94,7 +95,8 @@ def _imu_utils_documents(
 ) -> list[dict[str, Any]]:
     """List of model documents (dicts) of an imu_utils file: three axes per sensor if all are present, else their average.
 
-    N is the file's noise per sample divided by √rate, B its minimum of the Allan deviation divided by 0.664.
+    N is the file's noise per sample divided by √rate, B its minimum of the Allan deviation divided by 0.664. Raises
+    `InputError` without the rate, and for a number that is missing or not positive.
     """
     if rate is None:
         raise InputError(

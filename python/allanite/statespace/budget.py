@@ -141,7 +141,8 @@ def _horizontal_variance(
     """Array: variance of the horizontal velocity or position error at the `times` (s) after aiding ends, SI units squared.
 
     `axes` are all gyroscopes or all accelerometers. The result is twice their mean, because there are two horizontal
-    channels. `step_response` is the error of a channel due to a sensor error of 1 from time 0 on.
+    channels. `step_response` is the error of a channel due to a sensor error of 1 from time 0 on. The mean over the
+    `aided` seconds before time 0 is subtracted as the bias. Raises `InputError` for more than 2²⁴ samples.
     """
     total = np.zeros(times.size)
     for axis in axes:

@@ -325,7 +325,7 @@ def _measured_errors(x: Array, back: int, m: int, rate: float, order: int) -> Ar
 
 
 def sample_counts(aided: float, tau: Array, rate: float) -> tuple[int, list[int]]:
-    """Tuple (number of samples of aiding, list with the number of samples of each coasting), each at least 1.
+    """Tuple (number of samples of aiding, list with the number of samples of each coasting), rounded, each at least 1.
 
     `aided` and `tau` are in s. `InputError` for a `tau` that is not positive and finite, and for more than 2²⁴ samples in
     all.

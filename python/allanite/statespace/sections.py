@@ -66,7 +66,10 @@ class Section:
 
 
 def sections_of(terms: Iterable[Term], n: int) -> list[Section]:
-    """List of `Section` whose sum has the covariance of all `terms`, for up to `n` samples."""
+    """List of `Section` whose sum has the covariance of all `terms`, for up to `n` samples.
+
+    Raises `InputError` for a term that has no state space.
+    """
     terms = tuple(terms)
     white = sum(t.variance for t in terms if isinstance(t, White))
     exponentials = [t for t in terms if isinstance(t, Exponential)]
@@ -308,9 +311,9 @@ def allan_variance_of(terms: Iterable[Term], m: Array) -> Array:
 def filtered_section(sections: Sequence[Section], filtering: Filter, rate: float) -> Section:
     """`Section` of the sum of all `sections` after the filter, at the sampling rate `rate` (Hz).
 
-    White noise becomes a state, because it drives the filter's states as well as the sample. A state of unknown level comes
-    first, unless the filter blocks this level. The filter's states are relative to their equilibrium at the level, so that
-    they are stationary.
+    White noise becomes a state, because it drives the filter's states as well as the sample. States of unknown level
+    come first. They are omitted if the filter blocks a constant level. The filter's states are relative to their
+    equilibrium at the level, so that they are stationary.
     """
     from scipy.linalg import block_diag
 

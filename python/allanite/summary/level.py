@@ -114,7 +114,10 @@ class Level(Octave):
             self._finish_tail(first, remaining)
 
     def _finish_tail(self, tile: int, x: Array) -> None:
-        """Halve the rate of all complete tiles from index `tile` on, in place; the samples are the tail followed by `x`."""
+        """Halve the rate of all complete tiles from index `tile` on, in place; the samples are the tail followed by `x`.
+
+        The remaining samples become the tail. The samples at half the rate are appended to the deeper level.
+        """
         assert self.tiles is not None
         tail = _joined(self.tail)
         end = (self.stop - MARGIN) // TILE
@@ -188,7 +191,10 @@ class Level(Octave):
 
     @classmethod
     def restored(cls, state: dict[str, Any]) -> Level:
-        """`Level`, with its deeper levels, from the dict that `state()` returned; old files have no `sections`."""
+        """`Level`, with its deeper levels, from the dict that `state()` returned.
+
+        `sections`, the map of power in narrow bands, is empty if an old file has none.
+        """
         sections = (
             Blocks.restored(state["sections"], SECTIONS)
             if "sections" in state

@@ -178,7 +178,10 @@ def _memory_mapping(chunk: Any) -> mmap.mmap | None:
 
 
 def _chunks_of(chunks: Any) -> Iterable[Any]:
-    """Iterable of chunks: `chunks` itself, or ``[chunks]`` if it is one recording, array, table or list of numbers."""
+    """Iterable of chunks: `chunks` itself, or ``[chunks]`` if it is one recording, array, table or list of numbers.
+
+    Raises `InputError` for an object that is not iterable.
+    """
     if isinstance(chunks, (Recording, np.ndarray)) or hasattr(chunks, "__array__"):
         return [chunks]
     if isinstance(chunks, (list, tuple)) and chunks and np.isscalar(chunks[0]):
@@ -194,7 +197,8 @@ def _tables_of(
     """Tuple (list of tables of a chunk, shape (columns, n) each; dict with its rate, units, names and path).
 
     The first table holds the columns; each covariate has a table of its own, shape (1, n). A recording overrides the
-    arguments, and its increments become rates.
+    arguments, and its increments become rates. Raises `InputError` for angles, for unusable arrays, and for an array
+    without a rate.
     """
     if isinstance(chunk, Recording):
         if chunk.quantity == "angle":

@@ -126,9 +126,10 @@ def _halved_end(
 ) -> Array:
     """Array of `x`, the samples at one end of a level, at half the rate; adds the power of `x` to `found`.
 
-    The result is NaN in long gaps, and everywhere if `x` is too short for the filter or all samples are missing. `x` begins
-    at index `start`. `record_ends` says whether the record begins and ends with `x`. On any other side, `x` has `MARGIN`
-    samples more than the result covers.
+    The result is NaN in long gaps, and everywhere if `x` is too short for the filter or all samples are missing. `x`
+    begins at index `start`. `record_ends` says whether the record begins and ends with `x`. On any other side, `x` has
+    `MARGIN` samples more than the result covers. Power is added only if `level.spectral` and the result covers at least
+    `SEGMENT` samples of `x`.
     """
     if record_ends[0] and start % 2:
         x, start = x[1:], start + 1
@@ -167,8 +168,9 @@ def _add_segments(
 ) -> None:
     """Add the power of the transform segments that lie within the indices `span` to `found`, in place.
 
-    `x` are samples from index `start` on; `gaps` is True for those that were missing and filled. Transform segments with
-    more than 1/8 filled samples are omitted. `record_ends` says whether the record begins and ends with the span.
+    `x` are samples from index `start` on; `gaps` is True for those that were missing and filled. Transform segments
+    with more than 1/8 filled samples are omitted. `record_ends` says whether the record begins and ends with the span.
+    At such an end, a remainder of less than half a segment joins the segment beside it.
     """
     low, high = span
     borders = np.arange(-(-low // SEGMENT), high // SEGMENT + 1) * SEGMENT

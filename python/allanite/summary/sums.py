@@ -85,7 +85,11 @@ class Blocks:
             at = until
 
     def merge(self, other: Blocks) -> None:
-        """Add the blocks of `other`, another segment of the same stream; the coarser size of both remains."""
+        """Add the blocks of `other`, another segment of the same stream, in place.
+
+        The finer of both is coarsened first, and the result until it has at most `most` blocks. An empty `other`
+        changes nothing.
+        """
         if other.frames.size == 0:
             return
         while self.size < other.size:

@@ -58,7 +58,8 @@ def seconds_of(text: str, epoch: float | None) -> float:
     """Seconds since the first sample of a date or a time span, given as text; dates without a time zone are in UTC.
 
     `text` is such as ``2012-03-04``, ``2012.17``, ``120d``, ``3.5yr`` or ``86400s``. `epoch` is the time of the first
-    sample, s since 1970, if the log has dates.
+    sample, s since 1970, if the log has dates. Raises `InputError` for a text that is not a time, and for a date if
+    `epoch` is None.
     """
     text = text.strip()
     span = _SPAN.fullmatch(text)

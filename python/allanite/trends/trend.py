@@ -364,7 +364,10 @@ def trend_columns(recording: Recording, **options: Unpack[TrendOptions]) -> Tren
 
 
 def _candidates(model: str | None) -> tuple[Candidate, ...]:
-    """Noise models to compare: all eight if `model` is None, else the one with these parts in any order."""
+    """Noise models to compare: all eight if `model` is None, else the one with these parts in any order.
+
+    Raises `InputError` for an unknown name.
+    """
     white, flicker, walk, free = parse_model("N+B+K+PL").stochastic
     range_ = (-1.99, -0.01)
     known = (
@@ -401,6 +404,7 @@ def _trend_of_column(
     """`Trend` of one column; `report` is called with the number of noise models fitted so far and the number of all.
 
     With `find_steps`, up to 50 significant steps are added one by one; after each, all noise models are fitted again.
+    Raises `TooShortError` for too few samples, and `InputError` if all samples are equal or a step is unsuitable.
     """
     times, values = _finite_samples(column)
     functions = _known_functions(column, times, per, steps, periods)
@@ -482,8 +486,9 @@ def _known_functions(
 ) -> Functions:
     """`Functions` of a trend for samples at `times` (s): offset, rate per unit of time `per`, steps, and periodic terms.
 
-    `steps` are times in s or texts such as dates. If `periods` (s) is None, a year and half a year are used, or none for a
-    record shorter than a year. `TooShortError` for fewer than 16 samples in addition to one per function.
+    `steps` are times in s or texts such as dates. If `periods` (s) is None, a year and half a year are used, or none
+    for a record shorter than a year. `TooShortError` for fewer than 16 samples in addition to one per function. Raises
+    `InputError` for unsuitable `steps`, as `_given_step_times`.
     """
     if periods is None:
         periods = PERIODS if times[-1] - times[0] >= YEAR * MIN_YEARS else ()
@@ -533,7 +538,7 @@ def _given_step_times(
     """Tuple of the times of the given steps, s since the first row, ascending; `name` is that of the column, for messages.
 
     `steps` are such times, or texts (date or time span). Dates need `epoch`, the time of the first row, s since 1970.
-    `InputError` for a step outside the samples, and for two steps between the same samples.
+    `InputError` for a text that is no time, for a step outside the samples, and for two steps between the same samples.
     """
     out = sorted(seconds_of(s, epoch) if isinstance(s, str) else float(s) for s in steps)
     rows = np.searchsorted(times, out)

@@ -22,7 +22,7 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
     """`Table` of the numeric arrays of the largest length in an HDF5 or netCDF file, also in groups.
 
     An attribute ``units`` is the unit; ``scale_factor`` and ``add_offset`` are applied. An attribute or scalar named
-    rate, fs, … is the sampling rate.
+    rate, fs, … is the sampling rate. Raises `InputError` for a damaged file, and without a numeric array.
     """
     is_netcdf3 = head_of(path).startswith(b"CDF")
     found, attributes = (_arrays_of_netcdf3 if is_netcdf3 else _arrays_of_hdf5)(path)

@@ -96,7 +96,10 @@ def _one_sample_per_row(array: NDArray[Any]) -> NDArray[Any]:
 
 @isolated("the MATLAB reader of SciPy", SECONDS_PER_MEGABYTE, ["scipy.io"])
 def read_up_to_v72(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
-    """`Table` of the longest real numeric arrays in a file of version 4 to 7.2, also in structures (see `assemble`)."""
+    """`Table` of the longest real numeric arrays in a file of version 4 to 7.2, also in structures (see `assemble`).
+
+    Complex and sparse arrays, texts, cells and arrays of structures are left out.
+    """
     from scipy.io import loadmat, whosmat
 
     with refused_as("a MATLAB file"):
@@ -132,7 +135,10 @@ def _numeric_arrays(name: str, value: Any) -> Iterator[tuple[str, NDArray[Any]]]
 
 @isolated("the HDF5 library", SECONDS_PER_MEGABYTE, ["h5py"])
 def read_v73(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
-    """`Table` of the longest numeric arrays in a file of version 7.3, which is HDF5 (see `assemble`)."""
+    """`Table` of the longest numeric arrays in a file of version 7.3, which is HDF5 (see `assemble`).
+
+    Names contain the groups with dots. Compound datasets and contents of cells are left out.
+    """
     import h5py
 
     with refused_as("a MATLAB 7.3 file"), h5py.File(path, "r") as file:

@@ -56,7 +56,10 @@ def load(path: Path, largest_read: int = MAX_READ_BYTES) -> NDArray[Any]:
 
 
 def _read_header(stream: IO[bytes]) -> tuple[tuple[int, ...], np.dtype[Any]]:
-    """Shape and dtype of the array that follows in an open NPY file; the stream is then at its first byte."""
+    """Shape and dtype of the array that follows in an open NPY file; the stream is then at its first byte.
+
+    Raises `ValueError` for another version than 1.0 or 2.0.
+    """
     version = np.lib.format.read_magic(stream)
     # Version 3 is only needed for field names, which an array of numbers does not have.
     readers = {

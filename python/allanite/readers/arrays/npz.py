@@ -23,7 +23,9 @@ KEYS = ("data", "rate_hz", "channels", "unit", "t")
 def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
     """`Table` of the array ``data`` in an NPZ file, shape (n,) or (n, channels), with rate, names, units and time.
 
-    Their keys are ``rate_hz``, ``channels``, ``unit`` and ``t``. Pickled objects are never loaded.
+    Their keys are ``rate_hz``, ``channels``, ``unit`` and ``t``. Pickled objects are never loaded. Without
+    ``channels``, the names are ``x`` or ``x0``, ``x1`` …. Raises `InputError` without ``data``, and for a wrong shape
+    or type.
     """
     found = _load_arrays(path)
     if "data" not in found:
@@ -59,7 +61,10 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
 
 
 def _load_arrays(path: Path) -> dict[str, NDArray[Any]]:
-    """Arrays of an NPZ file by key; keys other than `KEYS` get empty arrays and are not loaded."""
+    """Arrays of an NPZ file by key; keys other than `KEYS` get empty arrays and are not loaded.
+
+    Raises `InputError` if the file is damaged, holds pickled objects in a needed key, or exceeds the memory budget.
+    """
     key = ""
     try:
         # Opened here, because numpy leaves a damaged file open.
@@ -88,7 +93,10 @@ def _load_arrays(path: Path) -> dict[str, NDArray[Any]]:
 
 
 def _texts_of_key(found: dict[str, NDArray[Any]], key: str, k: int) -> tuple[str, ...] | None:
-    """Texts of a key, one for each of `k` channels; a single text is repeated. None without the key."""
+    """Texts of a key, one for each of `k` channels; a single text is repeated. None without the key.
+
+    Raises `InputError` for another number of entries, and for entries that are no text.
+    """
     if key not in found:
         return None
     if found[key].dtype.kind not in "US":

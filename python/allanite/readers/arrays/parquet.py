@@ -43,7 +43,10 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
 
 
 def _wanted_columns(schema: Any) -> list[int]:
-    """Indices, ascending, of columns of numbers, Booleans or times, and of text columns named like a time."""
+    """Indices, ascending, of columns of numbers, Booleans or times, and of text columns named like a time.
+
+    Raises `InputError` without a column of numbers or Booleans.
+    """
     import pyarrow as pa
 
     types = pa.types
@@ -64,7 +67,10 @@ def _wanted_columns(schema: Any) -> list[int]:
 
 
 def _parquet_table(path: Path) -> Any:
-    """Arrow table with the wanted columns of a Parquet file; the memory budget is checked before reading."""
+    """Arrow table with the wanted columns of a Parquet file; the memory budget is checked before reading.
+
+    Raises `InputError` for two columns of the same name.
+    """
     import pyarrow as pa
     from pyarrow import parquet
 

@@ -18,8 +18,9 @@ from allanite.readers._table import Picker, Table, check_shape
 def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
     """`Table` of a RINEX clock file: clock offsets in s, one column per clock in order of appearance; epochs are the time.
 
-    An epoch without a value of a clock is NaN. The format is RINEX Extensions to Handle Clock Information, version
-    3.04: records AR (receiver) and AS (satellite).
+    Epochs are sorted; an epoch without a value of a clock is NaN. For a repeated epoch, the last offset counts. Raises
+    `InputError` for an invalid record, and without records. The format is RINEX Extensions to Handle Clock Information,
+    version 3.04: records AR (receiver) and AS (satellite).
     """
     clocks: dict[str, tuple[array[int], array[float]]] = {}
     body = False

@@ -23,7 +23,10 @@ _BLOCK = re.compile(rb"^TIC[ \t]+(\d+)[ \t]+(\d+)[ \t]*\r?$", re.MULTILINE)
 
 
 def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
-    """`Table` of a TimeLab file: time errors in s, named ``phase``, or ``phase_1``, ``phase_2``, … for several channels."""
+    """`Table` of a TimeLab file: time errors in s, named ``phase``, or ``phase_1``, ``phase_2``, … for several channels.
+
+    Raises `InputError` if the block of numbers is missing or incomplete.
+    """
     with path.open("rb") as stream:
         head = stream.read(HEAD)
         found = _BLOCK.search(head)
@@ -46,7 +49,10 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
 
 
 def _read_numbers(stream: IO[bytes], count: int) -> Array:
-    """The next `count` numbers of an open text file; fewer if the file ends."""
+    """The next `count` numbers of an open text file; fewer if the file ends.
+
+    Raises `InputError` for text instead of numbers, also for a cell over `MAX_NUMBER_LENGTH` bytes.
+    """
     found: list[Array] = []
     missing, rest = count, b""
     while missing > 0 and (block := stream.read(BLOCK)):
@@ -63,7 +69,10 @@ def _read_numbers(stream: IO[bytes], count: int) -> Array:
 
 
 def _append_numbers(found: list[Array], cells: list[bytes]) -> int:
-    """Append an array of the numbers in `cells` to `found`; return their count."""
+    """Append an array of the numbers in `cells` to `found`; return their count.
+
+    Raises `InputError` if a cell is no number or the memory budget is exceeded.
+    """
     try:
         found.append(np.array(cells, dtype=np.float64))
     except ValueError as error:

@@ -32,7 +32,10 @@ STAMP = re.compile(r"^(?P<clock>\d\d:\d\d:\d\d\.\d{3}) ?-> ?")
 
 
 def first_lines(head: bytes) -> list[str]:
-    """Complete lines in the first bytes of a log, stripped, without blank lines."""
+    """Complete lines in the first bytes of a log, stripped, without blank lines.
+
+    The last line is left out if it has no line end, unless it is the only line.
+    """
     text = head.decode("utf-8", "replace").lstrip("\ufeff")
     lines = text.splitlines()
     if len(lines) > 1 and not text.endswith(("\n", "\r")):

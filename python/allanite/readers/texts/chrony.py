@@ -46,7 +46,8 @@ def read(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:  # noqa
     """`Table` of a log of chronyd: offset of the clock in s as the first column; other columns depend on the kind of log.
 
     Of several sources, the one in `topics` is read, or else the one with the most rows. Without topics, all rows of
-    ``tracking`` are read, in order of time. Medians in ``refclocks`` are skipped.
+    ``tracking`` are read, in order of time. Medians in ``refclocks`` are skipped. Raises `InputError` for an incomplete
+    row, no row, several topics, or an unknown one.
     """
     kind = _kind_of_log(head_of(path))
     assert kind is not None

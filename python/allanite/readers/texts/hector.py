@@ -30,7 +30,8 @@ def recognizes(head: bytes) -> bool:
 def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - the format fixes the columns
     """`Table` of a Hector series: one column of observations without unit, and their dates as the time.
 
-    Days without an observation have no row. A third column of the file (the model) is not used.
+    Days without an observation have no row. A third column of the file (the model) is not used. Raises `InputError`
+    unless the file has two or three columns, all of numbers.
     """
     table = text.read(path, text.all_numbers)
     if not 2 <= len(table.columns) <= 3 or table.texts:

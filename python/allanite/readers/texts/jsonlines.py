@@ -57,7 +57,8 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
     """`Table` of the numbers in JSON objects, one row per line; numbers in nested objects are named by their path.
 
     A key that is missing in a line is NaN there; at most 5 % of the lines may lack a key. Columns with text are left
-    out; notes name both. A column of date-times named like a time is the time.
+    out; notes name both. A column of date-times named like a time is the time. Raises `InputError` for a line that is
+    no object, an infinite number, or no number at all.
     """
     rows: list[dict[str, object]] = []
     numbers: list[int] = []

@@ -49,7 +49,8 @@ def read(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:  # noqa
     """`Table` of a log of linuxptp: offset of a clock in s, its frequency in ppb, path delay in s (NaN if not logged).
 
     Of several clocks, the one in `topics` is read, or else the one with the most lines. The samples before the servo
-    first locks (state s2) are excluded, because the servo steps the clock there.
+    first locks (state s2) are excluded, because the servo steps the clock there. If the servo never locks, all samples are
+    kept. Raises `InputError` without offsets, for an offset without a time, for several topics, and for an unknown one.
     """
     rows: dict[str, list[tuple[str, ...]]] = {}
     summaries = 0

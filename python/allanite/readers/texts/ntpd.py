@@ -45,7 +45,8 @@ def recognizes(head: bytes) -> bool:
 def read(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:  # noqa: ARG001 - all are at hand
     """`Table` of a log of ntpd: offset in s, and frequency in ppm (loopstats) or delay in s of one peer (peerstats).
 
-    The peer in `topics` is read, or the one with most rows. The first line decides between the two forms.
+    The peer in `topics` is read, or the one with most rows. The first line decides between the two forms. Raises
+    `InputError` for a row of another form, for several topics, and for an unknown one.
     """
     rows: dict[str, list[tuple[float, float, float]]] = {}
     form = _LOOP if _LOOP.match(next(numbered_lines(path), (0, ""))[1]) else _PEER

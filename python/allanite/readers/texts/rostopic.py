@@ -41,7 +41,10 @@ def _name_and_unit(field: str) -> tuple[str, str | None]:
 
 
 def _becomes_column(field: str) -> bool:
-    """True unless a field of a message belongs to a header, covariance or orientation, or is a sequence number."""
+    """True unless a field of a message belongs to a header, covariance or orientation, or is a sequence number.
+
+    The time of receipt and the stamp of the header become columns, too.
+    """
     if field in (_RECEIVED, _STAMP):
         return True
     return not re.search(r"\.header\.|_?covariance|orientation|frame_id|\.seq$", field)

@@ -78,8 +78,8 @@ def recognizes(head: bytes) -> bool:
 def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
     """`Table` of the VectorNav or NovAtel sentences whose kind comes first in the log; other sentences are skipped.
 
-    A damaged sentence is a row of NaN (VectorNav), or has no row (NovAtel, whose rows have times). At most 5 % may be
-    damaged.
+    A damaged sentence is a row of NaN (VectorNav), or has no row (NovAtel, whose rows have times). Raises `InputError`
+    if over 5 % of these sentences are damaged, and without a sentence.
     """
     first = _FIRST.search(head_of(path))
     if first is None:
@@ -100,8 +100,9 @@ def _read_sentences(
 ) -> tuple[list[list[bytes] | None], int, int]:
     """Fields of each sentence, or None if damaged; number of damaged ones; line of the first damaged one, or 0.
 
-    Sentences begin with `start`; other lines are skipped. `fields_of` returns None for a wrong checksum. A sentence with
-    another number of fields than the first sound one is damaged, too.
+    Sentences begin with `start`; other lines are skipped. `fields_of` returns None for a wrong checksum. A sentence
+    with another number of fields than the first sound one is damaged, too. Raises `InputError` for a log beyond the
+    memory budget.
     """
     rows: list[list[bytes] | None] = []
     damaged = at = 0
@@ -152,7 +153,10 @@ def _numbers_of_fields(rows: list[list[bytes] | None], fields: slice) -> Array:
 
 
 def _vectornav_table(start: bytes, rows: list[Any], note: tuple[str, ...]) -> Table:
-    """`Table` of accelerations, angular rates and temperature from the fields of VectorNav sentences, without time."""
+    """`Table` of accelerations, angular rates and temperature from the fields of VectorNav sentences, without time.
+
+    Raises `InputError` for text, and if the sentences have too few fields.
+    """
     fields = VECTORNAV[start[3:6].decode()]
     values = _numbers_of_fields(rows, slice(len(fields)))
     if values.shape[1] < len(fields):
@@ -167,7 +171,8 @@ def _vectornav_table(start: bytes, rows: list[Any], note: tuple[str, ...]) -> Ta
 def _novatel_table(start: bytes, rows: list[Any], note: tuple[str, ...]) -> Table:
     """`Table` of angular rates and accelerations from the fields of NovAtel sentences, with the GPS time in s.
 
-    Counts of an IMU of unknown scale stay counts without units, which a note states.
+    Counts of an IMU of unknown scale stay counts without units, which a note states. Damaged rows are left out. Raises
+    `InputError` for text, and if the sentences have too few fields.
     """
     kind = start[1:].rstrip(b"A,").removesuffix(b"S")
     extended = kind.endswith(b"X")

@@ -54,6 +54,8 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - roles need the na
 
     Lines of text before the first values are skipped, except a line of column names. The time stamp of the terminal,
     which states when the line arrived, is the time. It is not used if a line lacks it, or if a column is the time.
+    Raises `InputError` for text among the values, for a line with other labels than the first, and if the numbers of
+    time stamps and rows differ.
     """
     lines = [line.strip() for line in text_lines(path)]
     stamps = [STAMP.match(line) for line in lines]

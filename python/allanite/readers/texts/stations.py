@@ -35,7 +35,7 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
     """`Table` of a GNSS station file (tenv, tenv3): east, north and up of each day with its date.
 
     The positions are in m, which a note states; the units of the columns are None. In a tenv3 file, whole meters and
-    fractions are added.
+    fractions are added. Raises `InputError` for a row of another form, length or station, for text, and without rows.
     """
     days: list[float] = []
     values: list[list[float]] = []

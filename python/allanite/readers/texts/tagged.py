@@ -50,7 +50,8 @@ def read(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:  # noqa
     """`Table` of a log whose rows begin with a sensor's name: rows of the topic, or else the gyroscope or accelerometer.
 
     Only names of at least 4 rows are sensors. If both exist, the table has the gyroscope and its attribute `others` the
-    name of the accelerometer.
+    name of the accelerometer. A note names the other rows. Raises `InputError` for several topics, and if no row
+    belongs to the topic.
     """
     tags: Counter[str] = Counter()
     last, header = "", None

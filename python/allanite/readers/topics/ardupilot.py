@@ -30,7 +30,8 @@ def read(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:  # noqa
 
     The topic ``IMU.1`` is the second instance of ``IMU``. Without a topic, the kind is ``IMU`` if logged, or else
     ``GYR``, ``ACC``, …. Then only inertial fields and the temperature are columns, and for ``GYR`` the attribute
-    `others` names the accelerometer's messages of the same instance.
+    `others` names the accelerometer's messages of the same instance. Raises `InputError` for several topics, without
+    such messages, and for messages without a time.
     """
     if not head_of(path).startswith(b"\xa3\x95"):
         raise InputError("not an ArduPilot log: no message at its start")
@@ -123,7 +124,11 @@ def _number_or_nan(value: Any) -> float:
 def _chosen_messages(
     rows: dict[tuple[str, int], list[tuple[float, ...]]], topics: Sequence[str]
 ) -> tuple[str, int] | None:
-    """Kind and instance of the messages to read: those of the first topic, or of the first logged kind in `TOPICS`."""
+    """Kind and instance of the messages to read: those of the first topic, or of the first logged kind in `TOPICS`.
+
+    Without a number in the topic, the instance is 0; without a topic, the lowest one. None if `rows` has no such
+    messages.
+    """
     if topics:
         kind, _, at = topics[0].partition(".")
         found = (kind, int(at) if at.isdigit() else 0)

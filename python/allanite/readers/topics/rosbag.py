@@ -34,7 +34,8 @@ def read(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:  # noqa
     """`Table` of a ROS bag: the given topics, or the first topic of type ``sensor_msgs/msg/Imu``.
 
     Without given topics, the accelerometer or gyroscope of a second IMU topic is added if it has the same rate. Stamps
-    in headers are the time, or else the times of receipt.
+    in headers are the time, or else the times of receipt. Raises `InputError` if a topic is missing, or if topics have
+    different rates.
     """
     from rosbags.highlevel import AnyReader
     from rosbags.typesys import Stores, get_typestore
@@ -194,7 +195,10 @@ def _messages_of_topic(
 
 
 def _numbers_in_message(message: Any, prefix: str) -> Iterator[tuple[str, float]]:
-    """Yield (field names joined by underscores, value) of every number in a message outside of headers and arrays."""
+    """Yield (field names joined by underscores, value) of every number in a message outside of headers and arrays.
+
+    Booleans, and constants (names that begin with ``__``), are left out, too.
+    """
     for field in fields(message):
         value = getattr(message, field.name)
         if field.name == "header" or field.name.startswith("__"):

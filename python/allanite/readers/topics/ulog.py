@@ -30,7 +30,7 @@ def read(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:  # noqa
 
     ``sensor_gyro.1`` is the second instance. A topic without a temperature gets that of ``sensor_gyro``,
     ``sensor_accel`` or ``sensor_baro``, interpolated. For ``sensor_gyro``, the attribute `others` of the table names
-    the accelerometer.
+    the accelerometer. Raises `InputError` for several topics, and without such a topic.
     """
     from pyulog import core
 
