@@ -89,10 +89,8 @@ def _fit(recording: Recording | Summary, model: Model, method: str = "whittle") 
     """
     if method not in METHODS:
         raise InputError(f"unknown method {method!r}; use one of {', '.join(METHODS)}")
-    if isinstance(recording, Summary) and recording.keeps_all_samples:
-        recording = recording.recording()
-    if isinstance(recording, Recording):
-        recording = recording.measured
+    if recording.keeps_all_samples:
+        recording = recording.recording().measured
         if (error := locked_error(recording)) is not None:
             raise error
     model = _with_followed_column(model, list(recording.covariates))

@@ -19,7 +19,6 @@ from allanite.plots.recording import column_panel, means_panel, signal_line
 from allanite.plots.scaling import in_figure_units
 from allanite.plots.spec import Figure, Panel, Span
 from allanite.plots.words import effect_text, recording_text, values_text
-from allanite.recording import Recording
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -98,11 +97,9 @@ def _time_panels(check: Check) -> tuple[Panel, ...]:
     # A line with thousands of periods would fill the panel.
     slow = (e for e in missing if isinstance(e, Deterministic) and e.occupies is None)
     effect = next(slow, None)
-    log = fit.recording
-    if not isinstance(log, Recording) or not has_all_ordinates(fit.data):
+    if not has_all_ordinates(fit.data) or (effect is None and worst is None):
         return ()
-    if effect is None and worst is None:
-        return ()
+    log = fit.recording.recording()
     signal = None if effect is None else fit.data.signal([effect])
     panel = means_panel(log, signal)
     x = replace(panel.x, ticks=panel.x.ticks[:: 1 + len(panel.x.ticks) // 5])

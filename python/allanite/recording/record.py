@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 from allanite.common.errors import InputError
 from allanite.recording.findings import Finding
+
+if TYPE_CHECKING:
+    from allanite.recording.recording import Recording
 
 
 class Record(Protocol):
@@ -26,6 +29,9 @@ class Record(Protocol):
     @property
     def keeps_all_samples(self) -> bool:
         """True if every sample is at hand; a `Summary` keeps only the samples of short records."""
+
+    def recording(self) -> Recording:
+        """`Recording` with all samples. Raises `InputError` if they are not kept."""
 
     @property
     def gaps(self) -> int:

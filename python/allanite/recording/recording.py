@@ -92,6 +92,8 @@ class Recording(Record):
     >>> gx, gy = recording["gx"], recording.column("gy")
     >>> gx.to("deg/h").unit, gx.decimate(10).rate, gx.trim(10.0, 20.0).n, gx.half(0).n, gx.quiet().n
     ('deg/h', 10.0, 1000, 3000, 6000)
+    >>> gx.recording() is gx  # a summary makes a recording of its samples
+    True
     >>> gx.oadev().tau.size, gx.psd().density.size > 10, gx.rate_samples().shape, gx.describe()["n"]
     (12, True, (6000,), 6000)
     >>> list(recording.deviations("mdev"))
@@ -256,6 +258,10 @@ class Recording(Record):
     def keeps_all_samples(self) -> bool:
         """Always True."""
         return True
+
+    def recording(self) -> Recording:
+        """The recording itself, as `Summary.recording` gives one."""
+        return self
 
     @property
     def missing(self) -> int:

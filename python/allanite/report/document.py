@@ -41,10 +41,7 @@ class Entry:
     @property
     def recording(self) -> Recording:
         """`Recording` of the column."""
-        log = self.study.recording
-        if not isinstance(log, Recording):
-            raise InputError("a summary keeps no samples to report on: read the log with al.read")
-        return log
+        return self.study.recording.recording()
 
     def to_dict(self) -> dict[str, Any]:
         """Dict for JSON, schema ``allanite/report/1``, which combines the documents of adev, check, improve and fit.

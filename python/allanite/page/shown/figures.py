@@ -39,7 +39,6 @@ from allanite.plots.spec import Axis, Band, Figure, Line, Mark, Panel, Points, R
 from allanite.plots.themes import COMPONENTS, LOGS
 from allanite.plots.time import failing_range_panel, plot_time
 from allanite.plots.words import effect_text, unit_text, values_text
-from allanite.recording import Recording
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -404,8 +403,7 @@ def _filter_innovations(fit: Fit) -> Innovations:
     """`Innovations` of the Kalman filter of a fit, over at most the first million samples; cached."""
     from allanite.statespace import innovations
 
-    log = fit.recording
-    assert isinstance(log, Recording)  # the page reads all samples
+    log = fit.recording.recording()
     part = log if log.n <= MAX_FILTERED else log.trim(0.0, MAX_FILTERED / log.rate)
     return innovations(part, fit)
 
