@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from allanite import InputError, Recording, parse_model
-from allanite.page.shown.samples import samples_figure
+from allanite.page.shown.figures import samples_figure
 from allanite.page.source import merged_segments, model_for_part, part_of
 from page_sessions import act, opened
 

@@ -19,8 +19,7 @@ import allanite as al
 from allanite.scale import run_fleet
 from allanite.scale.bets import Bets, ClippedPower, PowerBets, capital_share
 from allanite.scale.journal import JOURNAL
-from allanite.scale.logs import study_columns
-from allanite.scale.one_of_a_kind import SearchOfKinds, study_of_kinds
+from allanite.scale.logs import SearchOfKinds, study_columns, study_of_kinds
 from allanite.scale.watch import DEFAULT_TOLERANCE, SEGMENT
 from allanite.study import Rung
 from command_line import started, until
