@@ -400,7 +400,10 @@ class _StatefulFilter:
 
 
 def _sample_count(duration: float | None, n: int | None, rate: float) -> int:
-    """Number of samples `n`, or `duration` (s) times `rate` (Hz), rounded; exactly one of both must be given."""
+    """Number of samples `n`, or `duration` (s) times `rate` (Hz), rounded; exactly one of both must be given.
+
+    Raises `InputError` for both or none, for less than one sample, and for more than 2⁵³ samples.
+    """
     if (duration is None) == (n is None):
         raise InputError("give either a duration in seconds or a number of samples n")
     if n is not None:

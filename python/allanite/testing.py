@@ -311,9 +311,10 @@ def _overlapping_allan_variance(samples: Array, factors: NDArray[np.int64]) -> A
 def check_simulation(effect: Effect, covariates: Columns | None = None) -> None:
     """Raise `AssertionError` unless equal seeds give equal samples, and simulated records have the declared properties.
 
-    A known function must be added exactly to another process. For other effects, the mean Allan variance and spectrum of
-    384 records must agree with the declared ones to 5 standard errors. The records are the difference of simulations with
-    and without the effect, or white noise after an effect that changes all processes.
+    A known function must be added exactly to another process. For other effects, the mean Allan variance and spectrum
+    of 384 records must agree with the declared ones to 5 standard errors. The records are the difference of simulations
+    with and without the effect, or white noise after an effect that changes all processes. For effects that last only
+    for a time, long averages and low frequencies are not compared.
     """
     columns, kind = dict(covariates or {}), effect.kind
     other, model = Model((GaussMarkov(q_c=2.0, correlation_time=0.5),)), _as_model(effect)

@@ -220,7 +220,10 @@ def main() -> None:
 
 
 def serve_order(order: dict[str, Any], results: IO[bytes]) -> None:
-    """Call the function that `order` names, within its limits, and write its result or its error to `results`."""
+    """Call the function that `order` names, within its limits, and write its result or its error to `results`.
+
+    Exceptions of the function are not raised. A result that cannot be written is replaced by an error.
+    """
     global _is_child
     _is_child = True
     found: dict[str, Any]
@@ -335,7 +338,8 @@ def _lower_limit(name: str, most: int) -> None:
 def _cpu_limit(seconds: float) -> Iterator[None]:
     """Context in which this child process is ended by a signal after `seconds` more of processor time.
 
-    Does nothing in a process that is no such child, and on Windows.
+    Does nothing in a process that is no such child, on Windows, and for infinite `seconds`. Afterwards the previous
+    limit applies.
     """
     if not _is_child or not math.isfinite(seconds):
         yield

@@ -59,7 +59,10 @@ def count_text(value: float) -> str:
 
 
 def duration_text(seconds: float) -> str:
-    """Text of a duration with up to three significant digits: ``40 s``, ``90 min``, ``2 h``, ``3 d``, ``2 years``."""
+    """Text of a duration with up to three significant digits: ``40 s``, ``90 min``, ``2 h``, ``3 d``, ``2 years``.
+
+    The unit is the largest one in which the duration is at least 2, or exactly 1, as in ``1 h``; otherwise s.
+    """
     for size, name in ((YEAR, "years"), (86400.0, "d"), (3600.0, "h"), (60.0, "min")):
         if seconds >= 2.0 * size or seconds == size:
             return f"{number(seconds / size)} {name}"
@@ -144,7 +147,10 @@ def with_readable_numbers(sentence: str) -> str:
 
 
 def figures_for_interval(interval: tuple[float, float], least: int) -> int:
-    """Number of significant digits, from `least` to 12, that shows how the two ends of an interval differ."""
+    """Number of significant digits, from `least` to 12, that shows how the two ends of an interval differ.
+
+    It is `least` if both ends are equal.
+    """
     low, high = interval
     size, width = max(abs(low), abs(high)), high - low
     if width > 0.0 and size > 0.0:
@@ -161,7 +167,8 @@ def value_and_interval_text(value: float, interval: tuple[float, float]) -> str:
 def value_and_interval_texts(value: float, interval: tuple[float, float]) -> tuple[str, str, str]:
     """Texts of a value and the two ends of its interval, all with or all without a power of ten.
 
-    A lower end of less than a millionth of the upper one is 0: the record does not exclude any small value.
+    A lower end of less than a millionth of the upper one is 0: the record does not exclude any small value. There are
+    at least 4 significant digits for the value and 3 for the ends.
     """
     low, high = interval
     low = 0.0 if 0.0 < low < 1e-6 * high else low

@@ -42,7 +42,8 @@ def table_unit(sample: str, power: float, sheet: Mapping[str, str]) -> str:
 def relative_unit(sample: str, power: float) -> str:
     """Unit U·s^power of a coefficient, for samples in U = `sample`: ``deg/s/sqrt(Hz)`` for deg/s and ½.
 
-    For a unit per hour, the time is in hours: ``deg/sqrt(h)`` for deg/h and ½.
+    For a unit per hour, the time is in hours: ``deg/sqrt(h)`` for deg/h and ½. Without a unit (``1``), it is a power of
+    seconds such as ``s^(1/2)``. Other units with powers that are not −1, −½, 0, ½ or 1 read ``(U)*s^power``.
     """
     parsed = parse_unit(sample)
     name = parsed.name

@@ -23,7 +23,10 @@ def brief(thing: Any) -> str:
 
 
 def heading(recording: Any) -> str:
-    """Line above a table of one column: log, column, number of samples, rate, duration and unit."""
+    """Line above a table of one column: log, column, number of samples, rate, duration and unit.
+
+    The unit is omitted if it is 1.
+    """
     r = recording
     unit = "" if r.unit == "1" else f", {r.unit}"
     what = f"{r.n} samples at {r.rate:g} Hz ({r.duration:.6g} s){unit}"

@@ -115,7 +115,10 @@ _NUMBER = r"\d[\d.]*(?:[eE][+-]?\d+)?"
 
 
 def normalized(text: str) -> str:
-    """Text of a unit in the parser's spelling: ``°`` becomes deg, ``µ`` u, a superscript ``^``, ``root h`` √h."""
+    """Text of a unit in the parser's spelling: ``°`` becomes deg, ``µ`` u, a superscript ``^``, ``root h`` √h.
+
+    A missing ``^`` after seconds is added (``m/s2``); nothing is checked.
+    """
     text = _ROOT.sub("√", text)
     text = _PREFIX.sub(lambda m: {"micro": "u", "milli": "m", "nano": "n"}[m[1]], text)
     # Frequency relative to the nominal frequency of a counter: Hz/10 MHz, Hz/1e7.
@@ -327,7 +330,7 @@ def units_by_kind(text: str, quantity: str = "rate") -> dict[str, str]:
     """Units as written, by kind of sensor, from a text such as ``deg/s,m/s^2``.
 
     For the `quantity` ``angle`` or ``increment``, the kind is that of the rate. Raises `InputError` for two units of
-    one kind.
+    one kind, and for a text that is no unit of samples.
     """
     found = {rate_unit(one, quantity).kind: one.strip() for one in text.split(",")}
     if len(found) <= text.count(","):

@@ -37,7 +37,10 @@ class Samples:
 
     @property
     def scale(self) -> float:
-        """Factor that converts a deviation of the samples to the unit of the rate."""
+        """Factor that converts a deviation of the samples to the unit of the rate.
+
+        The factor is 1 for rates, and the sampling rate for increments and angles.
+        """
         return 1.0 if self.quantity == "rate" else self.rate
 
     @property
@@ -100,7 +103,10 @@ def one_column(x: object) -> NDArray[Any]:
 
 
 def _array_of_object(x: Any) -> NDArray[Any]:
-    """`np.asarray(x)`, but float64 for masked arrays, for Python numbers (None becomes NaN) and for empty arrays."""
+    """`np.asarray(x)`, but float64 for masked arrays, for Python numbers (None becomes NaN) and for empty arrays.
+
+    Masked samples are NaN. Python objects that NumPy does not convert to float64 stay an array of dtype object.
+    """
     if isinstance(x, np.ma.MaskedArray):
         return np.ma.filled(x.astype(np.float64), np.nan)
     array = np.asarray(x)

@@ -42,7 +42,8 @@ def modified_edf(alpha: float, m: int, count: int, points: int) -> float:
 def total_edf(alpha: float, m: int, count: int, points: int) -> float:
     """Equivalent degrees of freedom of the total variance (NIST SP 1065 table 8).
 
-    For phase noise (rounded α > 0) they are those of the overlapping Allan variance.
+    For phase noise (rounded α > 0) they are those of the overlapping Allan variance. Otherwise they lie between 1 and
+    those of an Allan variance of `points` − 2 differences. α is rounded, at least −2.
     """
     if round(alpha) > 0:
         return degrees_of_freedom(alpha, m, max(points - 2 * m, 1))
@@ -51,7 +52,11 @@ def total_edf(alpha: float, m: int, count: int, points: int) -> float:
 
 
 def modified_total_edf(alpha: float, m: int, count: int, points: int) -> float:
-    """Equivalent degrees of freedom of the modified total variance (NIST SP 1065 table 10)."""
+    """Equivalent degrees of freedom of the modified total variance (NIST SP 1065 table 10).
+
+    They are at least 1, and at most those of a modified Allan variance of `points` − 2 differences. α is rounded to −2
+    … 2.
+    """
     b, c = MODIFIED_TOTAL[min(max(round(alpha), -2), 2)]
     return _published_edf(b, c, alpha, m, points, summed=True)
 
@@ -67,7 +72,10 @@ def _published_edf(b: float, c: float, alpha: float, m: int, points: int, *, sum
 
 
 def hadamard_total_edf(alpha: float, m: int, count: int, points: int) -> float:
-    """Equivalent degrees of freedom of the Hadamard total variance (NIST SP 1065 table 11), at least 1 for m > 1."""
+    """Equivalent degrees of freedom of the Hadamard total variance (NIST SP 1065 table 11), at least 1 for m > 1.
+
+    At m = 1 they are those of a Hadamard variance of `count` differences. α is rounded to −2 … 0.
+    """
     if m == 1:
         return hadamard_edf(alpha, m, count, points)
     b0, b1 = HADAMARD_TOTAL[min(max(round(alpha), -2), 0)]
@@ -95,7 +103,10 @@ def hadamard_total_bias(alpha: int, m: int, points: int) -> float:
 
 
 def theo1_edf(alpha: float, m: int, count: int, points: int) -> float:
-    """Equivalent degrees of freedom of Theo1 (NIST SP 1065 table 12) at the effective averaging time 0.75 m, at least 1."""
+    """Equivalent degrees of freedom of Theo1 (NIST SP 1065 table 12) at the effective averaging time 0.75 m, at least 1.
+
+    α is rounded to −2 … 2.
+    """
     law, n, tau = min(max(round(alpha), -2), 2), points, 0.75 * m
     if law == 2:
         edf = 0.86 * (n + 1) * (n - 4 * tau / 3) / (n - tau) * tau / (tau + 1.14)

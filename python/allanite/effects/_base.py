@@ -502,7 +502,10 @@ class Stochastic(ProcessSearchHooks, Effect):
 
     @property
     def gauss_markov(self) -> tuple[float, float] | None:
-        """Pair (q_c, correlation time in s) of a first-order Gauss-Markov process; None for other processes."""
+        """Pair (q_c, correlation time in s) of a first-order Gauss-Markov process; None for other processes.
+
+        None also if a value is missing.
+        """
         return None
 
     @property

@@ -163,7 +163,10 @@ def lag_parameter(name: str, description: str) -> Parameter:
 
 
 def log_grid(low: float, high: float, per_decade: int = 8, at_least: int = 4) -> Array:
-    """Logarithmically spaced values from `low` to `high`, both included, about `per_decade` in each decade."""
+    """Logarithmically spaced values from `low` to `high`, both included, about `per_decade` in each decade.
+
+    There are at least `at_least` values.
+    """
     return np.geomspace(low, high, max(at_least, int(per_decade * np.log10(high / low))))
 
 

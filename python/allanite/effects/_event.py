@@ -38,7 +38,8 @@ class Event(Deterministic):
     def grid(self, name: str, n: int, rate: float) -> Array:
         """At most 1024 equally spaced times within the record, s, for the times that `interval` names.
 
-        Starts lie before a known end, ends after a known start. Other shape parameters have the default grid.
+        Starts lie before a known end, ends after a known start. Other shape parameters have the default grid. If fewer
+        than two times remain, the grid is 0 and the duration.
         """
         if name not in self.interval:
             return super().grid(name, n, rate)

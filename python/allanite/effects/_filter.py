@@ -79,7 +79,10 @@ class Response:
 
     @property
     def settling(self) -> int:
-        """Number of samples after which the start of a simulation is forgotten: 16 time constants of the slowest pole."""
+        """Number of samples after which the start of a simulation is forgotten: 16 time constants of the slowest pole.
+
+        The magnitude of the pole is limited to 0.001 … 1 − 1e-9.
+        """
         slowest = max(abs(p) for p in self.poles)
         return int(np.ceil(SETTLING_E_FOLDINGS / -np.log(min(max(slowest, 1e-3), 1.0 - 1e-9))))
 

@@ -116,7 +116,10 @@ def weighted_sum(parts: Sequence[tuple[float, Array]]) -> Array:
 
 
 def lagged(values: Array, samples: float) -> Array:
-    """`values` after a first-order low-pass of gain 1 and time constant `samples`, started in equilibrium."""
+    """`values` after a first-order low-pass of gain 1 and time constant `samples`, started in equilibrium.
+
+    If `samples` is 0, the values are returned unchanged.
+    """
     from scipy.signal import lfilter
 
     if samples <= 0.0:

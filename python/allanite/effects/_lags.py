@@ -126,7 +126,8 @@ def power_law_allan(exponent: float, m: Array) -> Array:
 def power_law_ends(exponent: float, n: int) -> tuple[float, ...]:
     """Leakage ratios E c_j²/s(w_j) of a power law at the cosine ordinates j = 1 … 64 of n samples; cached.
 
-    Without leakage a ratio is 1. The ratios of n above 2048 are taken from n = 2048, with an error of 1e-4.
+    Without leakage a ratio is 1. The ratios of n above 2048 are taken from n = 2048, with an error of 1e-4. For n below
+    65 there are n − 1 ratios.
     """
     n = min(n, 2048)
     j = np.arange(1, min(n, 65))

@@ -94,7 +94,10 @@ class Modifier(Effect):
         return np.ones(np.shape(start))
 
     def following(self, values: Array, coefficient: float) -> Self | None:
-        """Copy in which ln(noise level) is linear in the `values` of a column with slope `coefficient`, or None."""
+        """Copy in which ln(noise level) is linear in the `values` of a column with slope `coefficient`.
+
+        None (default) if effects of this kind do not follow a column.
+        """
         return None
 
     @property

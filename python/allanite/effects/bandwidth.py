@@ -189,7 +189,8 @@ class Bandwidth(Filter):
     def search_ends(self, name: str, n: int, rate: float) -> tuple[float, float]:
         """Pair (lowest, highest) value of the shape parameter `name` that a fit of n samples at `rate` Hz may reach.
 
-        The cutoff of a moving average may be as low as that of an average over a tenth of the record.
+        The values are half the lowest and twice the highest value of `searched`. Only the lowest ``cutoff`` of a moving
+        average may be lower: the cutoff of an average over a tenth of the record, but at least 0.0001 times `rate`.
         """
         low, high = super().search_ends(name, n, rate)
         if name == "cutoff" and self.design == "moving_average":

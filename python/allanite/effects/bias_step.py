@@ -63,7 +63,10 @@ class BiasStep(Event):
     )
 
     def extended(self) -> tuple[Event, ...]:
-        """One `Transient`, a jump at the time of the step that decays back to 0; empty without a time."""
+        """One `Transient`, a jump at the time of the step that decays back to 0; empty without a time.
+
+        The height and the time constant of the transient have no values.
+        """
         from allanite.effects.transient import Transient
 
         return () if self.time is None else (Transient(time=self.time),)

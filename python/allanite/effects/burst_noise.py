@@ -64,7 +64,10 @@ class BurstNoise(Stochastic):
 
     @classmethod
     def like(cls, other: Effect, **values: Any) -> Self | None:
-        """Burst noise with the spectrum of the Gauss-Markov process `other` (levels ±σ, mean dwell time 2T); else None."""
+        """Burst noise with the spectrum of the Gauss-Markov process `other`: levels ±σ, mean dwell time 2T.
+
+        None if `other` is another kind of effect, or if any `values` are given.
+        """
         if values or not isinstance(other, GaussMarkov):
             return None
         return cls(amplitude=other.sigma, dwell_time=2.0 * (other.correlation_time or 0.0))

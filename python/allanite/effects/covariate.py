@@ -90,7 +90,10 @@ class Covariate(Follower):
 
     @property
     def column_powers(self) -> tuple[int, ...]:
-        """One exponent for each amplitude: (1,), (1, 2), (1, 3) or (1, 2, 3)."""
+        """One exponent for each amplitude: (1,), (1, 2), (1, 3) or (1, 2, 3).
+
+        The exponents 2 and 3 are present if the quadratic and the cubic coefficient have values.
+        """
         return tuple(_POWERS[name] for name in self._fitted_names())
 
     def sums_of_lagged(self) -> tuple[tuple[tuple[float, LaggedColumn], ...], ...]:

@@ -94,7 +94,8 @@ class Excursions(Away):
         """One effect with all excursions of `events`, in order of time; never None.
 
         Where excursions overlap, their heights are added, so that the new excursions do not overlap. Segments with a
-        sum near 0 are left out: a long excursion and an opposite one inside it become two excursions.
+        sum near 0 are left out: a long excursion and an opposite one inside it become two excursions. If no segment is
+        left, the excursions are kept as they are.
         """
         alone = sorted(
             (one.values["start"], one.values["end"], one.values["height"])

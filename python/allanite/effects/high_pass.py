@@ -95,7 +95,10 @@ class HighPass(Filter):
         )
 
     def response(self, rate: float) -> Response:
-        """`Response` of the Butterworth high-pass (bilinear transform) at sampling rate `rate`, Hz."""
+        """`Response` of the Butterworth high-pass (bilinear transform) at sampling rate `rate`, Hz.
+
+        The cutoff is at most 0.49 of the rate. Without values, the cutoff is 1 % of the rate and the order is 1.
+        """
         k = np.tan(np.pi * min((self.cutoff or 0.01 * rate) / rate, 0.49))
         if int(self.order or 1) == 1:
             p = (1.0 - k) / (1.0 + k)

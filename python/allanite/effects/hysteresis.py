@@ -81,7 +81,7 @@ class Hysteresis(Follower):
         """Hysteresis half-widths to try, in the unit of the column, 8 per decade over the range `reach`.
 
         `reach` is W/16 to W/2.2 for a column with 98 % of its values in a range W, since a smaller width is not
-        visible.
+        visible. Without `reach`, the widths are 0.001 to 1000.
         """
         low, high = self.reach or (1e-3, 1e3)
         return np.geomspace(low, high, 1 + round(8.0 * np.log10(high / low)))

@@ -275,7 +275,10 @@ class Model(AsModel):
 
     @staticmethod
     def _rate(rate: float | None, smallest: float) -> float:
-        """Checked sampling rate, Hz; without `rate`, the inverse of the sampling interval `smallest` (s), or 1 Hz."""
+        """Checked sampling rate, Hz; without `rate`, the inverse of the sampling interval `smallest` (s), or 1 Hz.
+
+        It is 1 Hz if `smallest` is not a positive finite number. Raises `InputError` for a `rate` that is not positive.
+        """
         if rate is None:
             return 1.0 / smallest if np.isfinite(smallest) and smallest > 0 else 1.0
         return positive_rate(rate)

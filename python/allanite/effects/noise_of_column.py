@@ -91,7 +91,8 @@ class NoiseOfColumn(Level):
     def gain(self, time: Array, columns: Columns | None = None) -> Array:
         """e^{coefficient·(u − reference)} at each time, shape (n,), with u the column in `columns`.
 
-        The exponent is clipped to ±50. Raises `InputError` without such a column.
+        The exponent is clipped to ±50. Raises `InputError` without such a column. A coefficient or reference without a
+        value counts as 0.
         """
         values = followed_column(self, columns) - (self.reference or 0.0)
         return np.asarray(np.exp(np.clip((self.coefficient or 0.0) * values, -50.0, 50.0)))

@@ -104,7 +104,11 @@ class Notch(Filter):
         return beyond is not None and 0.5 * ((self.frequency or 0.0) + beyond[1]) < 0.5 * rate
 
     def response(self, rate: float) -> Response:
-        """`Response` (gain, zeros, poles) of the notch at sampling rate `rate`, Hz; its gain is 1 at frequency zero."""
+        """`Response` (gain, zeros, poles) of the notch at sampling rate `rate`, Hz; its gain is 1 at frequency zero.
+
+        Without values, the frequency is 0.1 of the rate and the quality is 1. The frequency is at most 0.4999 of the
+        rate.
+        """
         w = 2.0 * np.pi * min((self.frequency or 0.1 * rate) / rate, 0.4999)
         # The argument of the tangent is limited below π/2, to the widest possible notch.
         g = 1.0 / (1.0 + np.tan(min(0.5 * w / (self.quality or 1.0), 1.55)))

@@ -55,7 +55,7 @@ class RateOfChange(Follower):
     def grid(self, name: str, n: int, rate: float) -> Array:
         """8 time constants of the low-pass on the column, s, from 1/1000 to 1/20 of the record.
 
-        With a longer one the effect resembles the column itself.
+        With a longer one the effect resembles the column itself. The first is at least 2 samples, the last at least 4.
         """
         return np.geomspace(max(2.0, n / 1000.0), max(4.0, n / 20.0), 8) / rate
 

@@ -66,7 +66,10 @@ class Catalog:
         return _class_named(name, self.built_in) or _class_named(name, list(self))
 
     def add(self, effect: type[Effect]) -> None:
-        """Add an effect class at the end, in place of one of the same module and name; errors as in `register`."""
+        """Add an effect class at the end, in place of one of the same module and name; errors as in `register`.
+
+        Nothing changes if this very class is present already.
+        """
         _require_declarations(effect)
         with self._lock:
             if effect in self._effects:

@@ -77,7 +77,8 @@ def in_sheet_unit(value: Estimate, parameter: Parameter) -> Estimate:
     """`Estimate` of a fitted `parameter`, converted to the unit in which tables and figures show it.
 
     A coefficient gets its unit in data sheets (`sheet_unit`). A change per unit of a logged column is in °/s or mg, or
-    in the requested unit, per unit of the column. Any other estimate is returned unchanged.
+    in the requested unit, per unit of the column. Any other estimate is returned unchanged, as is a change whose unit
+    is unknown.
     """
     if isinstance(parameter.unit, float):
         sample = value.unit.removesuffix(coefficient_unit("", parameter.unit))

@@ -90,7 +90,7 @@ class _Reader:
         """Factor from the unit at the present position, which is consumed, to the unit of `parameter`; 1 without a unit.
 
         A coefficient with a unit sets `unit`, the unit of the samples, and `has_units`. One without a unit sets `bare`
-        to its name and position `place`, unless `bare` is set.
+        to its name and position `place`, unless `bare` is set. Raises `InputError` for a unit that does not fit.
         """
         start = self.at
         own = self.take_unit()

@@ -62,7 +62,7 @@ class ToneBurst(Tone):
     def seen_between(self, start: float, end: float) -> tuple[float, float]:
         """Pair (low, high): frequency ∓ 4/length of the burst, Hz, a range with 98 % of its power.
 
-        A burst without times lasts from `start` to `end`, s.
+        A burst without times lasts from `start` to `end`, s. The lower end is at least 0.
         """
         f, when = self.frequency or 0.0, self.when or (start, end)
         lobe_half_width = LOBE_HALF_WIDTH / max(when[1] - when[0], 1e-12)

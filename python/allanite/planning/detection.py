@@ -272,10 +272,11 @@ def as_effect(effect: Effect | str) -> Effect:
 class Detection:
     """Prediction of the test that `check` makes for an effect.
 
-    `law` is the distribution of ΔlogL relative to the model without the effect. `tested` is that of the ΔlogL that the test
-    uses. For a slow function of time it is relative to the best model that may have one more wandering process. `needed` is
-    the smallest tested ΔlogL, nats, with a p-value below 1 %, corrected for all searches. `paying` is the smallest ΔlogL,
-    nats, with which the effect explains more than its parameters cost.
+    `law` is the distribution of ΔlogL relative to the model without the effect. `tested` is that of the ΔlogL that the
+    test uses. For a slow function of time it is relative to the best model that may have one more wandering process.
+    `needed` is the smallest tested ΔlogL, nats, with a p-value below 1 %, corrected for all searches. `paying` is the
+    smallest ΔlogL, nats, with which the effect explains more than its parameters cost. For a change of level, `paying`
+    is −∞.
     """
 
     law: DeltaLoglLaw

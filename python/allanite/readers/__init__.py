@@ -275,7 +275,11 @@ def _columns_with_rates(
 
 
 def _time_and_unit(table: Table, layout: Layout, options: ReadOptions) -> tuple[Any, str | None]:
-    """Tuple (time stamps or None, their unit or None if it is not stated)."""
+    """Tuple (time stamps or None, their unit or None if it is not stated).
+
+    A time in several columns is joined to one array in seconds. Without a time column, the stamps are those of the
+    file; None if time is ignored.
+    """
     time, parts = layout.roles.time, layout.roles.parts
     if parts is not None:
         return parts.joined([table[i] for i in parts.columns]), "s"

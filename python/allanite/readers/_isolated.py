@@ -99,7 +99,10 @@ def refused_as(what: str) -> Iterator[None]:
 
 @contextmanager
 def errors_in_one_line() -> Iterator[None]:
-    """Context that turns every exception into an `InputError` with one line, also a lack of memory."""
+    """Context that turns every exception into an `InputError` with one line, also a lack of memory.
+
+    Errors of this package, `InternalError` and `ModuleNotFoundError` pass unchanged.
+    """
     try:
         yield
     except (AllaniteError, ModuleNotFoundError, InternalError):

@@ -146,7 +146,8 @@ _NOT_A_UNIT = re.compile(
 def split_unit(cell: str) -> tuple[str, str | None]:
     """Tuple (name, unit or None) from a text such as ``"gyro x [deg/s]"``.
 
-    An index such as ``gyro[0]`` is part of the name. ``[1]`` is a unit unless the name is that of an inertial sensor.
+    An index such as ``gyro[0]`` is part of the name. ``[1]`` is a unit unless the name is that of an inertial sensor. A
+    text of over 1000 characters has no unit.
     """
     match = _WITH_UNIT.match(cell) if len(cell) <= MAX_HEADER_LENGTH else None
     if match is None or not match["name"]:

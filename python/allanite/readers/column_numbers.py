@@ -97,7 +97,8 @@ def indices_of_magnitudes(columns: Sequence[NDArray[Any]]) -> list[int]:
     """Indices of columns that are the Euclidean norm of the three columns before or after them.
 
     The root mean square of the difference must be below 5 % of the column's standard deviation; independent noise
-    reaches 100 %.
+    reaches 100 %. Only the first `ROWS` rows are used. Columns with under 20 rows, non-finite or negative values do not
+    count.
     """
     found = []
     # The squares of numbers in a damaged log may overflow.

@@ -240,9 +240,10 @@ def _default_samples(
 ) -> tuple[int, ...]:
     """Indices, ascending, of the columns that are read as samples if the caller names none.
 
-    Writes why each other sensor is not read into `reasons`, and its index into `loud` if a warning is due. Without a unit
-    or quantity in `options`, clock phases are read only if no inertial sensor is logged. Raises `InputError` without a
-    sensor.
+    Writes why each other sensor is not read into `reasons`, and its index into `loud` if a warning is due. Without a
+    unit or quantity in `options`, clock phases are read only if no inertial sensor is logged. Raises `InputError`
+    without a sensor. A unit in `options` selects the columns that are named like a sensor of this unit. If there is no
+    other sensor, the unit ``1`` selects columns of an unknown unit.
     """
     table, names, units = found.table, found.table.names, found.table.units
     sensors = [i for i in found.with_role("sensor") if i not in found.time_columns]

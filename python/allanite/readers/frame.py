@@ -71,7 +71,10 @@ def _as_text(array: NDArray[Any]) -> NDArray[Any]:
 
 
 def _named_columns(frame: Any) -> list[tuple[str, Any, str | None]]:
-    """Tuples (name, values, unit or None) of the columns of a frame, series, xarray object or Arrow table."""
+    """Tuples (name, values, unit or None) of the columns of a frame, series, xarray object or Arrow table.
+
+    Units come only from the attribute ``units`` of xarray objects and pandas series.
+    """
     if hasattr(frame, "data_vars"):  # an xarray data set
         found = [(str(name), var, var.attrs.get("units")) for name, var in frame.data_vars.items()]
         return [

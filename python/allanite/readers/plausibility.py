@@ -146,7 +146,10 @@ def unit_doubts(recording: Recording) -> list[Finding]:
 
 
 def _doubts_of_triads(recording: Recording) -> list[_Doubt]:
-    """A `_Doubt` for each triad of accelerometers, with or without a unit, whose mean is gravity in another unit."""
+    """A `_Doubt` for each triad of accelerometers, with or without a unit, whose mean is gravity in another unit.
+
+    Empty for a single column, and for samples that are no rates.
+    """
     if recording.quantity != "rate" or recording.samples.ndim == 1:
         return []
     unitless = any(finding.kind == "no_unit" for finding in recording.added_findings)
@@ -169,7 +172,10 @@ def _doubts_of_triads(recording: Recording) -> list[_Doubt]:
 
 
 def _mean_acceleration(axes: Sequence[NDArray[Any]]) -> float:
-    """Magnitude of the vector of the medians of three columns, in their unit; ignores NaN."""
+    """Magnitude of the vector of the medians of three columns, in their unit; ignores NaN.
+
+    Long columns are thinned to about 100 000 samples.
+    """
     thinned = (x[:: max(1, x.size // MEDIAN_SAMPLES)].astype(np.float64) for x in axes)
     return float(np.linalg.norm([np.nanmedian(x) for x in thinned]))
 

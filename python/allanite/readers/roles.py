@@ -109,7 +109,9 @@ class Roles:
     def _demote_by_numbers(self) -> None:
         """Set the role ``other`` for sensors that are magnitudes, or whose values count, repeat or are constant.
 
-        Besides magnitudes, only columns without a unit change, and only if samples are rates.
+        Besides magnitudes, only columns without a unit change, and only if samples are rates. A column with the name of
+        a sensor changes only if its numbers count and rise in every row. If no sensor would be left, only indices,
+        counters and dates change, and nothing in a log of one column.
         """
         table = self.table
         sensors = [i for i in self.there if self.roles[i] == "sensor"]

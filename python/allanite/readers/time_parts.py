@@ -173,7 +173,11 @@ def _calendar_parts(
 def _seconds_and_fraction(
     names: Sequence[str], columns: Sequence[NDArray[Any] | None]
 ) -> TimeParts | None:
-    """`TimeParts` of the first pair of columns such as ``stamp.sec`` and ``stamp.nanosec``, or None."""
+    """`TimeParts` of the first pair of columns such as ``stamp.sec`` and ``stamp.nanosec``, or None.
+
+    Both columns must hold whole numbers, and the fraction must be below one second. Columns whose first rows were not
+    read do not count.
+    """
     keys = [name.strip().lower() for name in names]
     rests: dict[str, tuple[int, float]] = {}
     for at, key in enumerate(keys):

@@ -55,7 +55,10 @@ def motion_findings(recording: Recording, least: float = MAX_MOVING_SHARE) -> li
 
 
 def motion_error(recording: Recording) -> InputError | None:
-    """`InputError` (not raised) if the recording moves and its longest quiet segment is below half of it, else None."""
+    """`InputError` (not raised) if the recording moves and its longest quiet segment is below half of it, else None.
+
+    None also if the motion cannot be judged.
+    """
     motion = recording.motion
     if motion is None or not motion.mostly_moves:
         return None
@@ -67,7 +70,10 @@ def motion_error(recording: Recording) -> InputError | None:
 
 
 def _motion_text(motion: Motion, least: float) -> str:
-    """Signs of motion as text; changes and sway only if they occur in more than the fraction `least` of the record."""
+    """Signs of motion as text; changes and sway only if they occur in more than the fraction `least` of the record.
+
+    If there is no sign to state, the text is the moving fraction of the record.
+    """
     why = []
     if motion.turns >= MIN_TURNS:
         why.append(f"{motion.turns} turns of up to {motion.largest_turn:.0f}°")

@@ -47,7 +47,10 @@ CHUNK = 1 << 18
 
 
 def audit(recording: Recording) -> list[Finding]:
-    """Findings about the time stamps and every column of a recording, without markers and repeated samples."""
+    """Findings about the time stamps and every column of a recording, without markers and repeated samples.
+
+    Of angles, the differences of neighboring samples are checked.
+    """
     recording = recording.measured
     findings = list(stamp_findings(recording.stamps, recording.rate)) if recording.stamps else []
     findings = [*motion_findings(recording), *recording.added_findings, *findings]
@@ -136,7 +139,10 @@ class _Column:
 
 
 def _spread_blocks(x: NDArray[Any], length: int = 512, most: int = 256) -> Array:
-    """At most `most` blocks at even distances over the record, as doubles, shape (blocks, length)."""
+    """At most `most` blocks at even distances over the record, as doubles, shape (blocks, length).
+
+    A record shorter than `length` is one block.
+    """
     length = min(length, x.size)
     count = min(most, x.size // length)
     starts = np.linspace(0, x.size - length, count).astype(np.int64)
@@ -199,7 +205,8 @@ def _run_lengths(c: _Column) -> NDArray[np.int64]:
 def _factor_at_half_lost(runs: NDArray[np.int64], n: int) -> int:
     """Largest averaging factor m at which half of the differences of the Allan deviation touch no missing sample, or 0.
 
-    A difference needs 2 m consecutive samples. `runs` are the lengths of the runs of present samples.
+    A difference needs 2 m consecutive samples. `runs` are the lengths of the runs of present samples. The factor is at
+    most n // 2.
     """
     low, high = 0, n // 2 + 1
     while high - low > 1:
@@ -256,7 +263,11 @@ def _copy_findings(c: _Column) -> Iterator[Finding]:
 
 
 def _clipping_findings(c: _Column) -> Iterator[Finding]:
-    """A `Finding` for the lowest and for the highest value, if clipping of the range repeats this value."""
+    """A `Finding` for the lowest and for the highest value, if clipping of the range repeats this value.
+
+    The value must be over three times as frequent as the value next to it. At least 10 and at most half of the samples
+    must have the value. The first 10 000 samples must contain at least 5 different values.
+    """
     for edge, name in ((c.low, "lowest"), (c.high, "highest")):
         at_edge = int(np.count_nonzero(c.x == edge))
         if at_edge < 10 or at_edge > 0.5 * c.n or np.unique(c.x[:10_000]).size < 5:
@@ -358,7 +369,8 @@ def _distorted_findings(c: _Column) -> Iterator[Finding]:
 def _outlier_findings(c: _Column) -> Iterator[Finding]:
     """At most one `Finding`: outliers (second differences too large for the noise) or heavy-tailed noise.
 
-    Nothing for a dead zone or dead band. Over 1 in 10 000 outliers give a warning.
+    Nothing below 100 samples, without noise, with a dead zone or dead band, or without large differences. Over 1 in 10
+    000 outliers give a warning.
     """
     level = max(c.white, 0.4 * c.step) * math.sqrt(6)
     if level == 0.0 or c.n < 100 or c.zone is not None or c.band is not None:
@@ -410,9 +422,10 @@ def _outlier_findings(c: _Column) -> Iterator[Finding]:
 def _smoothed_findings(c: _Column) -> Iterator[Finding]:
     """At most one `Finding` about values that were averaged or low-passed before they were logged.
 
-    The finding needs two conditions on median power densities. First, the density above 3/8 of the sampling rate is at most
-    a quarter of that in each of the five octaves from 1/256 to 1/8 of the rate. Second, the density extrapolated to this
-    band from at least one pair of neighboring octaves is more than four times the density in this band.
+    The finding needs two conditions on median power densities. First, the density above 3/8 of the sampling rate is at
+    most a quarter of that in each of the five octaves from 1/256 to 1/8 of the rate. Second, the density extrapolated
+    to this band from at least one pair of neighboring octaves is more than four times the density in this band. Missing
+    samples exclude their block of 512 samples. Without 4 complete blocks there is no finding.
     """
     blocks = c.spread[np.isfinite(c.spread).all(axis=1)]
     if blocks.shape[0] < 4 or blocks.shape[1] < 2**OCTAVES:
@@ -476,7 +489,8 @@ class _Changes:
 def _dominated_findings(c: _Column) -> Iterator[Finding]:
     """At most one `Finding`: a single event makes more than half of the Allan variance at an averaging time.
 
-    An event is the largest sum of two consecutive squared changes between neighboring averages.
+    An event is the largest sum of two consecutive squared changes between neighboring averages. Averaging times are
+    octaves with more than 32 averages.
     """
     changes: dict[int, _Changes] = {}
     for _, piece in c.pieces():
@@ -505,7 +519,8 @@ def _dominated_findings(c: _Column) -> Iterator[Finding]:
 def _static_findings(c: _Column) -> Iterator[Finding]:
     """At most one `Finding` about segments with over three times the usual activity, such as handling.
 
-    The activity of a block is the typical step between its samples, so slow motion does not count.
+    The activity of a block is the typical step between its samples, so slow motion does not count. Nothing for fewer
+    than 4096 samples, or if the usual activity is 0.
     """
     if c.n < 16 * 256:  # fewer blocks have no usual activity
         return

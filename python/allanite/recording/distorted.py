@@ -53,8 +53,9 @@ def dead_zone_of(blocks: Array, white: float, step: float) -> tuple[float, float
     """Tuple (value, share, ratio) of a value that far more samples have than any value near it; None without one.
 
     `share` is the fraction of the samples with this value. `ratio` is their count over that of the most frequent of the
-    10 next values on each side. `blocks` (blocks, samples) lie at even distances over the record. None if the resolution
-    `step` is larger than the standard deviation `white` of the white noise.
+    10 next values on each side. `blocks` (blocks, samples) lie at even distances over the record. None if the
+    resolution `step` is larger than the standard deviation `white` of the white noise. The ratio is at least 5, the
+    share at least 10 %, the value is inside the range, and all quarters of the record have it.
     """
     x = blocks[np.isfinite(blocks)]
     values, counts = np.unique(x, return_counts=True)

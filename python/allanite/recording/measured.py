@@ -45,8 +45,9 @@ STEP_SAMPLES = 1 << 16
 def measured_samples(recording: Recording) -> Recording:
     """Recording with no-data markers replaced by NaN and without repeated samples; the same object if it has neither.
 
-    Repeated rows are removed only from rates, and only if a sensor is logged faster than it measures. The result then has
-    the rate of the sensor. Stuck values and rows that are equal by chance remain.
+    Repeated rows are removed only from rates, and only if a sensor is logged faster than it measures: at least 2 % of
+    the rows, all over the record, repeat the row before. The result then has the rate of the sensor. Stuck values and
+    rows that are equal by chance remain.
     """
     return _without_repeats(_without_markers(recording))
 
@@ -84,7 +85,10 @@ def _marker_finding(column: str, marker: Marker, unit: str) -> Finding:
 
 
 def _without_repeats(recording: Recording) -> Recording:
-    """`Recording` without repeated rows, at the rate of the sensor, with a finding; unchanged without such rows."""
+    """`Recording` without repeated rows, at the rate of the sensor, with a finding; unchanged without such rows.
+
+    Increments and angles are unchanged, too.
+    """
     # Increments and angles of a held rate do not repeat, so they are not changed.
     if recording.quantity != "rate":
         return recording
@@ -119,8 +123,9 @@ class Marker:
 def markers_of(x: NDArray[np.floating | np.integer]) -> list[Marker]:
     """No-data markers among the samples of one column: none, one or two.
 
-    A marker is the smallest or the largest value, far beyond all other samples. It must be the smallest or largest number
-    of an integer type, a fill value such as 9999, or occur at least three times.
+    A marker is the smallest or the largest value, far beyond all other samples. It must be the smallest or largest
+    number of an integer type, a fill value such as 9999, or occur at least three times. Empty for fewer than 20 finite
+    samples.
     """
     found: list[Marker] = []
     values = x[np.isfinite(x)] if x.dtype.kind == "f" else x

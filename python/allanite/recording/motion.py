@@ -357,7 +357,7 @@ def _absolute_changes(x: Array, m: int, order: int = 1) -> Array:
     """Absolute first or second differences (`order`) of successive averages of m samples, shape (averages − order,).
 
     An average of 9 samples or more is the median of the means of three thirds, which resists outliers. An average that
-    lacks a sample is NaN.
+    lacks a sample is NaN. An incomplete last average is dropped.
     """
     groups = x[: x.size // m * m].reshape(-1, m)
     if m < MIN_SAMPLES_FOR_THIRDS:
@@ -519,9 +519,10 @@ def _turns_of(rates: Array, rate: float) -> list[tuple[float, float, float]]:
 def _sway_of(rates: Array, force: Array, interval: float) -> Array:
     """Standard deviation of the tilt in each window of 20 s, degrees, shape (windows,); a single 0 without sway.
 
-    If a platform turns, the integrated rates equal the change of the direction of gravity: df/dt = −ω × f. The covariance
-    of the two is the variance of the tilt, and independent of sensor noise. `rates` (rad/s) and `force` (any unit) are
-    averages over `interval`, shape (averages, 3), NaN if samples are missing.
+    If a platform turns, the integrated rates equal the change of the direction of gravity: df/dt = −ω × f. The
+    covariance of the two is the variance of the tilt, and independent of sensor noise. `rates` (rad/s) and `force` (any
+    unit) are averages over `interval`, shape (averages, 3), NaN if samples are missing. A single 0 also for fewer than
+    10 windows.
     """
     windows = len(rates) // SWAY_WINDOW_AVERAGES
     if windows < MIN_SWAY_WINDOWS:

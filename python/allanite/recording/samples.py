@@ -177,7 +177,8 @@ def group_means(values: NDArray[Any], k: int) -> NDArray[Any]:
 def averaged(samples: NDArray[Any], k: int, quantity: str) -> NDArray[Any]:
     """Samples at 1/k of the rate, shape (n // k, …): means of k rates, sums of k increments, or every k-th angle.
 
-    Missing samples are treated as in `group_means`; a sum with NaN is k times the mean of the others.
+    Missing samples are treated as in `group_means`; a sum with NaN is k times the mean of the others. The last n mod k
+    samples are dropped.
     """
     m = len(samples) // k
     if quantity == "angle":

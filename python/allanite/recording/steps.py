@@ -59,7 +59,7 @@ def _mean_of_rounded_steps(steps: Array, middle: float) -> float:
     """Mean step of regular stamps rounded about as coarsely as their interval (1, 2, 2, 1, … ms); 0 for other stamps.
 
     The sum of such steps stays within one step of a straight line. With randomly missing samples the sum would stray
-    farther.
+    farther. 0 also for fewer than 200 steps.
     """
     length = 200
     if steps.size < length:
@@ -147,7 +147,10 @@ class Steps:
         self.counts[rows] = self.times[rows] = 0.0
 
     def _undo_wraps(self) -> None:
-        """Add the span of a counter, such as 2¹⁶ or a day, to its wraps in `clean`; set `wrap` and `wraps`."""
+        """Add the span of a counter, such as 2¹⁶ or a day, to its wraps in `clean`; set `wrap` and `wraps`.
+
+        Nothing changes if no usual span fits.
+        """
         back = np.flatnonzero(self.raw < -20 * self.usual)
         if back.size == 0:
             return
@@ -217,7 +220,11 @@ class Steps:
         return int(starts[row]), int(ends[column])
 
     def _require_constant_interval(self) -> None:
-        """Raise `InputError` if the interval of the stamps changes for good by over 30 %, as in joined recordings."""
+        """Raise `InputError` if the interval of the stamps changes for good by over 30 %, as in joined recordings.
+
+        The usual steps of 16 blocks are compared. Nothing is raised for fewer than 1600 steps, or if the interval
+        changes more than three times.
+        """
         blocks = 16
         length = self.clean.size // blocks
         if length < 100:

@@ -294,7 +294,10 @@ def index_of_segment(pieces: tuple[tuple[int, int], ...], piece: int | None) -> 
 
 
 def fill_gaps(array: NDArray[np.generic], stamps: Stamps) -> NDArray[np.generic]:
-    """Rows of `array` in the segment used, with rows of NaN in place of missing samples."""
+    """Rows of `array` in the segment used, with rows of NaN in place of missing samples.
+
+    The result is a new array in double precision if samples are missing; otherwise it is the array or a view of it.
+    """
     first, end = stamps.rows
     if end - first < len(array):
         array = array[first:end]

@@ -425,7 +425,8 @@ def serve_parquet_rows(path: str) -> list[dict[str, Any]]:
 def _check_row(row: dict[str, Any]) -> None:
     """Raise `TypeError`, `KeyError` or `ValueError` unless a row can be one of `allanite fleet`.
 
-    Only numbers in the entry ``numbers`` may be None.
+    File, column and status must be texts. If a row is ``done`` and has ``numbers``, its numbers, effects and
+    temperatures must be finite; only ``numbers`` may contain None.
     """
     for name in ("file", "column", "status"):
         if not isinstance(row[name], str):

@@ -158,7 +158,10 @@ def _with_extras(document: Mapping[str, Any], tree: Mapping[str, Any]) -> dict[s
 
 
 def _check_recording(document: Mapping[str, Any]) -> None:
-    """Raise `InputError` if a document states a unit that is no text, or a rate that is no positive number."""
+    """Raise `InputError` if a document states a unit that is no text, or a rate that is no positive number.
+
+    Either may be missing.
+    """
     recording = document.get("recording") or {}
     unit, rate = recording.get("unit"), recording.get("rate_hz")
     if unit is not None and not isinstance(unit, str):
@@ -170,7 +173,10 @@ def _check_recording(document: Mapping[str, Any]) -> None:
 
 
 def document_of_last_step(document: Mapping[str, Any]) -> Mapping[str, Any]:
-    """Document of the last model of a stepwise model building, with the recording of the whole document."""
+    """Document of the last model of a stepwise model building, with the recording of the whole document.
+
+    Documents without steps are returned unchanged.
+    """
     ladder = document.get("ladder")
     if not ladder:
         return document

@@ -32,7 +32,8 @@ def mistake_text(coefficient: str, ratio: float, tolerance: float) -> str:
     """Text ``looks as if radians were taken for degrees``: the mistake that explains `ratio` (measured over stated value).
 
     Empty if |ln ratio| is at most `tolerance`, or if no known mistake has a factor near `ratio`. Near means that the
-    logarithms differ by at most the smaller of `tolerance` and 0.1.
+    logarithms differ by at most the smaller of `tolerance` and 0.1. Empty also if `ratio` is not positive. Some
+    mistakes are only known for the `coefficient` N.
     """
     if ratio <= 0 or abs(math.log(ratio)) <= tolerance:
         return ""

@@ -76,7 +76,8 @@ class Errors:
 def mission_of(horizon: float, rate: float) -> Mission:
     """`Mission` (aiding, then coasting) whose longest coasting is `horizon` seconds, at `rate` Hz.
 
-    The step is a whole number of samples, so that at low rates the horizon has fewer steps than `MIN_STEPS`.
+    The step is a whole number of samples, so that at low rates the horizon has fewer steps than `MIN_STEPS`. Aiding
+    lasts 300 s or three horizons, the longer of both, but at most 1000 steps.
     """
     step = float(np.clip(1.0, horizon / MAX_STEPS, horizon / MIN_STEPS))
     step = max(1, round(step * rate)) / rate

@@ -266,7 +266,8 @@ def _running_sum(phi: float, variance: float, terms: tuple[Term, ...]) -> Sectio
 def _power_law(exponent: float, level: float, n: int) -> list[Section]:
     """List of `Section` whose sum has the spectrum level·(2 sin(w/2))^exponent, w in rad per sample.
 
-    The error is below 0.1 % from 1/(4n) to ½ cycles per sample.
+    The error is below 0.1 % from 1/(4n) to ½ cycles per sample. Empty for the level 0; one random walk for the exponent
+    −2.
     """
     if level == 0.0:
         return []

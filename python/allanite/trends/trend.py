@@ -580,7 +580,10 @@ def _fits_of_candidates(
 
 
 def _wave_amplitude(regressed: Regressed, at: int, unit: str) -> Estimate:
-    """`Estimate`: amplitude of the periodic term whose cosine and sine are the functions `at` and `at` + 1."""
+    """`Estimate`: amplitude of the periodic term whose cosine and sine are the functions `at` and `at` + 1.
+
+    `detected` is True if cosine and sine differ from 0 at 95 % (χ²₂).
+    """
     pair, covariance = (
         regressed.amplitudes[at : at + 2],
         regressed.covariance[at : at + 2, at : at + 2],

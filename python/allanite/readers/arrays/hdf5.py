@@ -48,7 +48,8 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
 def _arrays_of_hdf5(path: Path) -> tuple[dict[str, NDArray[Any]], dict[str, dict[str, Any]]]:
     """Numeric arrays of an HDF5 file, and attributes of each object, both by name with dots.
 
-    Fields of a table are arrays of their own. The key ``""`` has the attributes of the file.
+    Fields of a table are arrays of their own. The key ``""`` has the attributes of the file. Scales of dimensions
+    without values are left out.
     """
     import h5py
 

@@ -58,7 +58,8 @@ def assemble(found: Mapping[str, NDArray[Any]], units: Mapping[str, str] | None 
 
     An array with more columns than rows is transposed first. Arrays of more than two dimensions and shorter arrays are
     left out. A scalar named Fs, rate, … is the sampling rate. Names keep only their last part if it is unique. Raises
-    `InputError` without a numeric array.
+    `InputError` without a numeric array. The columns of an array with three get the endings ``_x``, ``_y``, ``_z``;
+    those of other arrays ``_0``, ``_1``, ….
     """
     rate = next(
         (

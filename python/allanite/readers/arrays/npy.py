@@ -73,7 +73,10 @@ def _read_header(stream: IO[bytes]) -> tuple[tuple[int, ...], np.dtype[Any]]:
 
 
 def _check_header(shape: tuple[int, ...], dtype: np.dtype[Any], there: int) -> None:
-    """Raise an error if the array is not one of samples, or needs more than the `there` bytes after the header."""
+    """Raise an error if the array is not one of samples, or needs more than the `there` bytes after the header.
+
+    `InputError` for a wrong shape or dtype, `ValueError` for a file that is too short, `TooShortError` without samples.
+    """
     if len(shape) not in (1, 2) or dtype.kind not in "iufb":
         pickled = (
             ": pickled objects are never loaded, save a plain array" if dtype.hasobject else ""

@@ -29,7 +29,7 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - roles need the na
 
     A line such as ``# Tau: 1.0`` states the interval in s; otherwise the rate is None. The header, or else the suffix,
     states whether the values are phases or frequencies. A file with names, or with over two columns, is the table of
-    `text.read`.
+    `text.read`. If neither header nor suffix decides, names and units are those of `text.read`.
     """
     with path.open(encoding="latin-1") as stream:
         head = stream.read(8192)

@@ -77,7 +77,10 @@ def numbered_lines(path: Path) -> Iterator[tuple[int, str]]:
 
 
 def date_times(seconds: Iterable[float]) -> NDArray[np.datetime64]:
-    """Date-times (datetime64[ns]) from seconds since 1970; raises `InputError` outside of the years 1678 to 2262."""
+    """Date-times (datetime64[ns]) from seconds since 1970.
+
+    Raises `InputError` for a missing date (NaN), and outside of the years 1678 to 2262.
+    """
     found = np.asarray(list(seconds), dtype=np.float64)
     if not np.all(np.abs(found) < MAX_SECONDS_OF_DATES):  # also false for NaN
         raise InputError("a date is missing or outside of the years 1678 to 2262")

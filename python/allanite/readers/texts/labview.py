@@ -70,7 +70,8 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - roles need the na
 def _parsed_header(path: Path) -> tuple[str, bool, dict[str, list[str]], list[str], int]:
     """Separator, True for decimal commas, dict from key to values, names, and index of the first row.
 
-    Raises `InputError` if the headers do not end within the first 200 lines, or no names follow.
+    Raises `InputError` if the headers do not end within the first 200 lines, or no names follow. Columns named Comment
+    at the end are left out of the names.
     """
     lines = [line.rstrip("\r\n") for line in islice(text_lines(path), HEAD_LINES)]
     ends = [i for i, line in enumerate(lines) if line.startswith(_END)][:2]

@@ -97,7 +97,8 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
     """`Table` of the phase in s of pulses (PPS), one column per channel: time since its first edge minus whole periods.
 
     Periods without an edge are NaN. Shorter columns end with NaN. Raises `InputError` if channels have different
-    periods.
+    periods. It is also raised for a channel with fewer than two edges or two edges in a period, for a period that is
+    not round, and for text among the times.
     """
     form = _line_pattern(first_lines(head_of(path)))
     assert form is not None
