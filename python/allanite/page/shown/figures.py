@@ -48,6 +48,7 @@ if TYPE_CHECKING:
     from allanite.fit import Fit
     from allanite.page.tab import Tab
     from allanite.page.work import Work
+    from allanite.recording import Recording
     from allanite.statespace.filtering import Innovations
     from allanite.statespace.growth import Growth
 #: Maximum number of points for single ordinates in a zoomed range.
