@@ -85,7 +85,8 @@ def _fit(recording: Recording | Summary, model: Model, method: str = "whittle") 
     """`Fit` of a model of any size by one method (`fit_model` limits the number of effects).
 
     Missing samples are replaced by draws from the model. The first and last sample count as missing if the jump between
-    them distorts the spectrum (`without_ends`).
+    them distorts the spectrum (`without_ends`). `InputError` for an unknown method or values that do not suit the record,
+    `TooShortError` for rates of which nearly all have one code, and the errors of `prepare`.
     """
     if method not in METHODS:
         raise InputError(f"unknown method {method!r}; use one of {', '.join(METHODS)}")
@@ -155,7 +156,10 @@ def fit_columns(recording: Recording, model: Model | Effect | str, method: str =
 
 
 def _with_followed_column(model: Model, columns: list[str]) -> Model:
-    """Copy of a model in which effects that follow an unnamed logged column follow the only one in `columns`."""
+    """Copy of a model in which effects that follow an unnamed logged column follow the only one in `columns`.
+
+    `model` itself unless there is exactly one column.
+    """
     if len(columns) != 1:
         return model
     follow = [

@@ -59,8 +59,8 @@ def bands(
 
     `n` is the number of samples of the record, `factors`, shape (k,), are averaging factors. The estimator `kind` is
     "oadev", "mdev", "hdev" or "totdev". The latter is that of NIST SP 1065 eq. 25, without division by the published bias;
-    the factors correct the bias under the given noise instead. `TooShortError` for a factor too large for a complete
-    difference.
+    the factors correct the bias under the given noise instead. `InputError` for a level outside (0, 1) and an unknown term
+    or kind. `TooShortError` for a factor too large for a complete difference.
     """
     if not 0.0 < level < 1.0:
         raise InputError(f"level {level:g} is not between 0 and 1")

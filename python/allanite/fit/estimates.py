@@ -104,7 +104,7 @@ def estimates(
     """Tuple of a dict for each effect of the model: values by parameter name, numbers as `Estimate` with interval.
 
     `recording` gives the units of the samples and of the logged columns. With `places`, only the effects at these indices
-    are estimated.
+    are estimated. Texts, tuples and None are returned unchanged.
     """
     names, covariance = joint_covariance(solution, data)
     joint: dict[int, dict[str, float]] = {}

@@ -44,7 +44,8 @@ class Error:
     """Error of the Allan deviation (τ with edf ≥ 10) and predictive score.
 
     `adev_rms_percent` is the geometric error 100·(e^{rms of ln(model/measured)} − 1); `chance_rms_percent` is that expected
-    of a true model. `adev_worst` is the ratio model/measured furthest from 1, and its τ in s.
+    of a true model. `adev_worst` is the ratio model/measured furthest from 1, and its τ in s. All three are None if no τ
+    has edf ≥ 10; `predictive` is None for fewer than 128 samples.
     """
 
     adev_rms_percent: float | None

@@ -152,7 +152,8 @@ class SummaryData(Data):
     def octaves(self, expected: Any, relative_power: Any) -> list[tuple[int, int, Array, float]]:
         """List of (first ordinate, end ordinate, power, number), one for each octave with segments, highest first.
 
-        The arguments and the values are those of `Data.octaves`, with 160 time cells.
+        The arguments and the values are those of `Data.octaves`, with 160 time cells. Cells without a segment are
+        interpolated, so that they show no change.
         """
         out, maps = [], self.maps
         cut = self.n
@@ -182,7 +183,10 @@ class SummaryData(Data):
         return round(LOW * self.n / (SEGMENT << level))
 
     def at_octave_resolution(self, power: Array, first: int) -> Array:
-        """`power`, in 160 time cells, averaged within the stored blocks of the octave that begins at `first`."""
+        """`power`, in 160 time cells, averaged within the stored blocks of the octave that begins at `first`.
+
+        `power` itself if no octave begins at this ordinate.
+        """
         levels = range(len(self.reading.octaves))
         level = next((level for level in levels if self._first_of(level) == first), None)
         return power if level is None else self.maps.at_octave_resolution(power, level)
@@ -226,7 +230,7 @@ class SummaryData(Data):
 class Maps:
     """Power over time of a summary on the time axis of its record, of n samples at `rate` Hz.
 
-    `start` is the index of the record's first sample in its stream.
+    `start` is the index of the record's first sample in its stream. Octaves are numbered by `level` from 0, the highest.
     """
 
     reading: Reading
@@ -332,7 +336,10 @@ def _interpolated(samples: Array, factors: NDArray[np.int64], factor: int, rate:
 
 
 def require_summary_supports(summary: Summary, model: Model, method: str) -> None:
-    """Raise InputError if a fit needs single samples, which a summary does not keep."""
+    """Raise InputError if a fit needs single samples, which a summary does not keep.
+
+    These are fits by another method than whittle, of a model that excludes samples, or with a line above `phase_limit`.
+    """
     if method != "whittle":
         raise InputError(
             f"method {method!r} needs samples, which a summary of this length does not keep"

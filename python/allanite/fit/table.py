@@ -90,7 +90,9 @@ def estimate_cell(estimate: Estimate) -> str:
 def _cells(value: Any, column: str | None) -> tuple[str, str]:
     """Pair of texts: value and 95 % interval of a parameter. The interval is "" if there is none.
 
-    A value that is no `Estimate` is shown as it is. `column` is the logged column that the effect follows, for the unit.
+    A coefficient that is not detected gives "not detected" and "< " with the upper limit and unit, or "not present" and ""
+    without a limit. A value that is no `Estimate` is shown as it is. `column` is the logged column that the effect follows,
+    for the unit.
     """
     if not isinstance(value, Estimate):
         return str(value), ""
@@ -108,7 +110,8 @@ def _cells(value: Any, column: str | None) -> tuple[str, str]:
 def misfit_line(fit: Fit, whole: bool = True) -> str:
     """Sentence on the agreement of a fit: χ², adequacy, Allan error, discrepancy, and ignored bands.
 
-    Without `whole`, an adequate fit is described as "not rejected by χ² alone", because other checks failed.
+    Parts without a value are left out. Without `whole`, an adequate fit is described as "not rejected by χ² alone", because
+    other checks failed.
     """
     m, e = fit.misfit, fit.error
     words = (
@@ -157,7 +160,10 @@ def _percent(share: float) -> str:
 
 
 def is_wider(value: Estimate, interval: tuple[float, float]) -> bool:
-    """True if an end of `interval` lies outside the interval of the estimate by more than 10 % of its width."""
+    """True if an end of `interval` lies outside the interval of the estimate by more than 10 % of its width.
+
+    False if the estimate has no interval.
+    """
     if value.interval is None:
         return False
     low, high = value.interval

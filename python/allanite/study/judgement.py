@@ -1,7 +1,9 @@
-"""Judgement of a change of the model: its gain in nats, and the reasons to refuse it whatever it gains.
+"""Tests of a change of the model: its change of score, its errors, and its prediction of unseen data.
 
-A change is accepted if `score_change` is above `MIN_SCORE_GAIN` and nothing refuses it. No error may rise beyond its
-scatter, and unseen data must be predicted as well.
+The decisions are in `allanite.study.steps`. A replacement must raise the score by more than 0.5 nats (`score_change`), or
+the log evidence by more than 3 nats, and no error may rise beyond its scatter. The score of an added suggestion was judged
+by the check. No error may rise beyond its scatter (not tested for changes of level), and unseen data must be predicted as
+well (not tested for effects that happen once).
 """
 
 from __future__ import annotations
@@ -101,8 +103,13 @@ def is_as_good(before: Fit, after: Fit) -> bool:
 def refusal_reason(before: Fit, after: Fit, suggestion: Suggestion) -> str:
     """Clause that states why a significant suggestion was not added, such as "raises the Allan error".
 
-    `after` is the fit with the suggestion alone. The first test that fails gives the reason; if none does, the effect "acts
-    where another effect already acts".
+    `after` is the fit with the suggestion alone. The first reason that holds is named:
+
+    * `after` predicts unseen data worse (not tested for effects that happen once).
+    * An error rises beyond its scatter, or the suggestion is a doubtful event: the discrepancy if its interval lies above
+      the old one, otherwise the Allan error.
+    * A time of the effect is not known.
+    * Otherwise, it "acts where another effect already acts".
     """
     if not suggestion.effect_happens_once and not predicts_as_well(before, after):
         return "predicts unseen data worse"
@@ -141,9 +148,10 @@ def changed_bins(before: Fit, after: Fit) -> NDArray[np.bool_]:
 
 
 def is_doubtful_event(before: Fit, after: Fit, suggestion: Suggestion) -> bool:
-    """True if the suggestion is a one-time event that probably belongs to another effect.
+    """True if an effect that happens once has p > 1e-4, and with it the Allan error rises and exceeds its expected scatter.
 
-    Its p-value is then above 1e-4, and with the event the error of the Allan deviation rises and exceeds its scatter.
+    It then probably belongs to another effect. Changes of level and exclusions count as events, too
+    (`effect_happens_once`).
     """
     return (
         suggestion.effect_happens_once

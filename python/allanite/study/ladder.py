@@ -93,7 +93,7 @@ class Rung:
         """JSON record (dict) of the step; `misfit_left` is the unexplained misfit, % of the largest of all steps.
 
         Alternatives of its effects and correlations of its parameters are given only if `last`, since earlier models are
-        wrong.
+        wrong. Intervals over alternative models are given only with `over_rivals`.
         """
         body = self.fit.body(searched=last)
         if last:
@@ -120,7 +120,8 @@ def rung_of(
     """Step (`Rung`) from one state of a search to another.
 
     Its `added` is the first new effect of the kind `named`, else the first whose kind was not removed in the step, else the
-    first new effect. `risen` is the ΔlogL of the step; by default that of the two fits.
+    first new effect; None without new effects. `risen` is the ΔlogL of the step; by default that of the two fits. `trials`
+    is the number of independent tests of the search, if known.
     """
     lost = after.lost_since(before)
     removed = tuple(before.fit.model.effects[place].kind for place in lost)

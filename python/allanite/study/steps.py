@@ -1,7 +1,8 @@
 """One step of the search: candidates by score, moves, judgement.
 
-The first significant suggestion that helps is added, with what it needs and without what it makes needless. If none
-helps, the replacement, split or merge that gains most follows.
+The first significant suggestion that helps is added, with what it needs and without what it makes needless. If none helps,
+the first drop, replacement, split or merge that helps follows, in order of expected gain (`best_replacement`). The last
+resort is a suggestion that is not significant but makes a rejected fit adequate.
 """
 
 from __future__ import annotations
@@ -239,10 +240,19 @@ def _step_with(
     check: Check,
     alone: bool = False,
 ) -> Found | None:
-    """Pair (`Rung`, suggestions): step that adds `suggestion`, and all suggestions that it adds; None if it does not help.
+    """Pair (`Rung`, suggestions): step that adds `suggestion`, and all suggestions that it adds; None if it is refused.
 
-    None as well if an exclusion leaves too few samples, if the time of a new event is not known, or if the suggestion is a
-    doubtful event (`is_doubtful_event`). With `alone`, None if a second effect is needed.
+    It is refused in these cases:
+
+    * An exclusion leaves too few samples.
+    * It takes the place of an effect of the user's model, or of another effect with a rise of the score of at most 3 nats
+      (`with_addition`).
+    * The model predicts unseen data worse, or an error rises beyond its scatter and no second effect prevents this
+      (`_merged_or_added`).
+    * `alone` is True, and a second effect is needed.
+    * Changes of level must be merged into one effect, but cannot.
+    * The kinds of effects and times of level changes stay the same, and the score rises by less than 3 nats.
+    * The time of a new event is not known (`has_known_time`), or the suggestion is a doubtful event (`is_doubtful_event`).
     """
     try:
         found = _merged_or_added(before, suggestion, check, alone)

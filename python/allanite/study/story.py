@@ -139,8 +139,9 @@ def _step_with_record(
 ) -> Rung:
     """`Rung` of the step to `fit`, which adds the effects `new` and removes the effects `dropped`.
 
-    `trials` is that of the first step of `ladder` that added an effect of the kind of `new[0]`. `risen` (ΔlogL) comes from
-    that step if `new[0]` is an exclusion, a change of level or a moving band.
+    `trials` is that of the first step of `ladder` that added an effect of the kind of `new[0]`; None without such a step.
+    `risen` (ΔlogL) comes from that step if `new[0]` is an exclusion, a change of level or a moving band, otherwise it is
+    None.
     """
     known = next((r for r in ladder if any(e.kind == new[0].kind for e in r.new)), None)
     # The mean spectrum does not show exclusions, levels over time and moving bands, so the search's ΔlogL is used.

@@ -59,7 +59,10 @@ class Check:
 
     @property
     def significant(self) -> tuple[Suggestion, ...]:
-        """Tuple of the suggestions with a p-value below 1 %, corrected for all searches, and a score above 0.5 nats."""
+        """Tuple of the suggestions with a p-value below 1 %, corrected for all searches, that explain more than they cost.
+
+        Their `score` plus `surplus` is above 0.5 nats. Exclusions and changes of level have no minimum.
+        """
         return tuple(s for s in self.suggestions if s.significant)
 
     @property

@@ -146,7 +146,8 @@ def _is_clustered(taken: NDArray[np.bool_]) -> bool:
 def _causes_best_process(out: Suggestion, found: list[Suggestion]) -> bool:
     """True if the outliers that `out` excludes cause the best significant process or filter in `found`.
 
-    This holds if its ΔlogL falls by more than 90 % once the outliers are excluded.
+    The best one has the highest score. Outliers cause it if its ΔlogL falls by more than 90 % once they are excluded. False
+    without a significant process or filter.
     """
     best = _best_process(found)
     if best is None:

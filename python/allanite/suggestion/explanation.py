@@ -22,7 +22,8 @@ if TYPE_CHECKING:
 def explain(suggestion: Suggestion) -> str:
     """Text of sentences: name and values of the effect, its share of the Allan variance and at which τ, its physics.
 
-    The note of the suggestion precedes the physics.
+    The share is left out for modifiers. The note of the suggestion precedes the physics; without a note, differing slopes
+    of a followed column do.
     """
     effect, before = suggestion.effect, suggestion.before
     numbers = ", ".join(

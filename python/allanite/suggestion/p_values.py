@@ -79,7 +79,8 @@ def log_chi2_tail(gain: float, count: int) -> float:
 def may_become_significant(family: Family, max_gain: float) -> bool:
     """True if a candidate of `family` with a ΔlogL of `max_gain` would have a p-value below 1 %.
 
-    For slow functions this is not strict, because the noise was estimated with the function in the record.
+    `max_gain` is an estimate of the largest ΔlogL of a refit. For slow functions this is not strict, because the noise was
+    estimated with the function in the record.
     """
     return log_p_value(family, max_gain) < np.log(FALSE_ALARM_PROBABILITY)
 
@@ -119,7 +120,7 @@ def best_interval(
     """Tuple (first value, end, ΔlogL, ln p) of the interval whose separate level of power has the lowest p-value.
 
     The end is exclusive. `power` is a series over time, `freedom` the degrees of freedom of each value. Boundaries lie
-    between `cells` equal cells. (0, 0, 0, inf) for fewer than two cells.
+    between `cells` equal cells. ln p is 0 if no interval raises logL. (0, 0, 0, inf) for fewer than two cells.
     """
     from scipy.special import log_ndtr
 

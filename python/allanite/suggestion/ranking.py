@@ -1,8 +1,8 @@
-"""Ranking of suggestions by their score, and the two priors in nats that the score contains.
+"""Ranking of suggestions by their score, `Suggestion.score`: the log evidence plus `prior` (`allanite.fit.rivals.score`).
 
-The score of a suggestion is its log evidence plus `prior`. A logged column was measured, and a function of time with the
-same shape is a guess. Standard coefficients are in every data sheet; a power law or a refined form names no cause.
-Exclusions and changes of the noise level leave the spectrum as it is. They go behind what explains the spectrum, unless
+By the prior, a measured cause wins a tie: a logged column was measured, and a function of time with the same shape is a
+guess. Standard coefficients are in every data sheet; a power law or a refined form names no cause. Exclusions and changes
+of the noise level leave the spectrum as it is. They go behind what explains the spectrum, unless
 `allanite.suggestion.exclusions_first` decides that they go first.
 """
 

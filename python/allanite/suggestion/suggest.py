@@ -113,9 +113,14 @@ class Suggestion:
 
     @cached_property
     def score(self) -> float:
-        """Rise of the log evidence plus the log prior of the effect, nats; suggestions are ranked by it.
+        """Rise of the log evidence plus the prior of the effect (`prior`), nats; suggestions are ranked by it.
 
-        The ΔlogL of a moving band already contains the cost of its course.
+        The rise is the ΔlogL, minus `surplus`, minus the cost of the effect's parameters:
+
+        * A suggestion that replaces effects (`gives_way`) has no further cost: its ΔlogL already contains the cost of the
+          course of a moving band.
+        * A modifier costs ½ ln n for each parameter, n being the effective degrees of freedom (`delta_bic`).
+        * Any other effect costs `parameters_cost`.
         """
         effect = self.effect
         if self.gives_way:
@@ -339,7 +344,7 @@ def _suggestion(
 
     `surplus` is the ΔlogL that the discrepancy of the model without the effect explains. It is added to the ΔlogL if the
     model with the effect needs no discrepancy. The ΔlogL is divided by `scatter` for the p-value. `removes_percent` is NaN
-    until `_with_shares`.
+    until `_with_shares`, and `rivals` are empty until `in_order`.
     """
     from scipy.special import log_ndtr
 

@@ -100,7 +100,7 @@ def fit_gls(
     The expected variance is linear in the squares. The covariance of the curve follows from the fitted squares; both are
     computed in turn until they converge. This is Fisher scoring of a Gaussian model of the curve. `allan_variances`, U²,
     are overlapping ones of a record of `n` samples; `factors` are as of `gls_factors`. `unit_terms` are those of each
-    effect at coefficient 1. `InputError` if no effect fits the curve.
+    effect at coefficient 1. `InputError` if no effect fits the curve, and the errors of `_checked_curve`.
     """
     target, m = _checked_curve(allan_variances, factors, len(unit_terms))
     mixtures = Mixtures.of(unit_terms, n, m, target)
@@ -123,7 +123,11 @@ def fit_gls(
 def _checked_curve(
     allan_variances: ArrayLike, factors: ArrayLike, effects: int
 ) -> tuple[Array, NDArray[np.int64]]:
-    """Pair of arrays: Allan variances as floats and their factors as integers, after the checks of `fit_gls`."""
+    """Pair of arrays: Allan variances as floats and their factors as integers.
+
+    `InputError` for different shapes, variances that are not positive and finite, or no effects; `TooShortError` for fewer
+    factors than effects.
+    """
     target = np.asarray(allan_variances, dtype=float)
     m = np.asarray(factors, dtype=np.int64)
     if target.ndim != 1 or target.shape != m.shape:

@@ -39,7 +39,8 @@ class LineReading:
 
     It is read at `read_at_s`, s; None for the plateau, which is divided by 0.664. It is `present` if the curve has this
     slope somewhere, from `tau_low_s` to `tau_high_s`, and the line is nowhere above the curve; otherwise `reason` says why
-    not. `value`, `low` and `high` are the coefficient with its 95 % interval, in SI units of the samples.
+    not. `value`, `low` and `high` are the coefficient with its 95 % interval, in SI units of the samples. These and the
+    ends of the range are None if the line is not present.
     """
 
     name: str

@@ -47,7 +47,7 @@ class MethodRow:
     remark: str
 
     def to_dict(self) -> dict[str, Any]:
-        """Dict for JSON; the key ``misleads`` is True if there is a remark."""
+        """Dict for JSON; the key ``misleads`` is True if there is a remark. A method without a value is None."""
         return fields_dict(self, line="lines") | {"misleads": bool(self.remark)}
 
 

@@ -380,7 +380,10 @@ def prepare(recording: Recording | Summary, missing: NDArray[np.bool_] | None = 
 
 
 def _checked_values(samples: NDArray[Any], label: str) -> Array:
-    """Samples of one column as floats; float64 samples are not copied. NaN are allowed."""
+    """Samples of one column as floats; float64 samples are not copied. NaN are allowed.
+
+    `InputError` for several columns or infinite samples, `TooShortError` for fewer than 32 samples.
+    """
     if samples.ndim != 1:
         raise InputError(f"a fit needs one column, found an array of shape {samples.shape}")
     if samples.size < MIN_SAMPLES:
@@ -396,7 +399,11 @@ def _checked_values(samples: NDArray[Any], label: str) -> Array:
 
 
 def _require_noise(filled: Array, label: str) -> None:
-    """Raise an error if a fit of the samples `filled` is impossible; `label` names them in the message."""
+    """Raise an error if a fit of the samples `filled` is impossible; `label` names them in the message.
+
+    `TooShortError` if the samples are constant or change their value fewer than 10 times. `InputError` if their largest
+    deviation from the mean is not within 1e-75 to 1e75.
+    """
     if float(np.ptp(filled)) == 0.0:
         raise TooShortError(f"{label} is constant ({filled[0]:g}); there is no noise to fit")
     changes = int(np.count_nonzero(filled[1:] != filled[:-1]))

@@ -155,7 +155,10 @@ def slow_values(solution: Solution, data: Data) -> dict[Regressed, tuple[Mixture
 
 
 def _slopes(own: Regressed, data: Data) -> dict[str, Array]:
-    """Dict from each free shape with a smooth likelihood to the derivative of the function at the regressed ordinates."""
+    """Dict from each free shape with a smooth likelihood to the derivative of the function at the regressed ordinates.
+
+    Shapes that cannot be changed, or whose derivative is 0 at all ordinates, are left out.
+    """
     found = {
         name: shape_slope(own.effect, name, own.ordinates, data)
         for name in own.effect.free_shapes

@@ -73,7 +73,8 @@ class Whitened:
     The result is white with variance 1 at all frequencies. What remains are differences between times. `samples`, shape
     (n,), of a summary are as many as its lowest ordinates. `bands` are octaves from the highest down to those with
     `MIN_BAND_VALUES` values: (first ordinate, end ordinate, power over time, number of squares averaged in each value).
-    `step` is the rounding step of the record in units of `samples`; 0 if it is small.
+    Octaves with mostly empty bins are left out. `step` is the rounding step of the record in units of `samples`; 0 if it is
+    small.
     """
 
     samples: Array
@@ -231,9 +232,10 @@ def _relative_power(solution: Solution, data: Data) -> Array:
 
 
 def _is_normal(samples: Array) -> bool:
-    """True if samples are consistent with normal samples whose level may differ between 64 segments.
+    """True if samples have no heavier tails than normal samples whose level may differ between 64 segments.
 
-    False for coarsely rounded samples. Otherwise True for fewer than 64 samples.
+    Only heavy tails are tested. False for coarsely rounded samples. Otherwise True for fewer than 64 samples, and False if
+    the median size of the samples of a segment is 0. True if the tail cannot be fitted (`tail_of`).
     """
     if coarse_step(samples) > 0.0:
         return False

@@ -85,9 +85,10 @@ def climb_many(
 ) -> tuple[Array, Array, list[int | None]]:
     """Tuple (coefficients, logL, discrepancies) of the local maxima that `climb` reaches from m starts, in parallel.
 
-    `columns`, shape (m, bins, p), and `thetas`, shape (m, p), are those of each start. With `cells`, each bin has its own
-    error of the model; otherwise groups of neighboring bins share one. Discrepancies are indices in `SCALES`, or None for
-    δ = 0.
+    `columns`, shape (m, bins, p), and `thetas`, shape (m, p), are those of each start. `scale` is the index in `SCALES` at
+    which the fit of the discrepancy δ starts, and logL is then lowered by 3 nats; None means δ = 0. With `cells`, each bin
+    has its own error of the model; otherwise groups of neighboring bins share one. The discrepancies are indices, too, or
+    None.
     """
     law = likelihood(count, cells=cells)
     found, values, scales = law.climb_many(power, columns, thetas, scale, rounds)

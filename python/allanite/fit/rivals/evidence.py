@@ -30,11 +30,15 @@ def parameters_cost(own: Fitted, solution: Solution) -> float:
     """Cost of all parameters of a fitted effect in ln evidence, nats.
 
     - Random processes and slow functions of time: ln(R·z/√2π) for each parameter with relative error 1/z. R is
-      `PRIOR_LOG_RANGE`. This is Laplace's approximation (Kass & Raftery 1995, J. Am. Stat. Assoc. 90, eq. 5) with a
-      uniform prior of the logarithm. Such effects are determined by few ordinates, however long the record is.
+      `PRIOR_LOG_RANGE`. This is Laplace's approximation (Kass & Raftery 1995, J. Am. Stat. Assoc. 90, eq. 5) with a uniform
+      prior of the logarithm. Such effects are determined by few ordinates, however long the record is.
     - The frequency of a band: R is replaced by the number of all ordinates divided by the number of ordinates in the band.
-    - Lines, filters, changes of level and nameless processes (`Effect.nameless`): ½ ln n for each parameter. A line at an
-      expected frequency costs less (`expected_line_gain`).
+    - Lines, filters, changes of level and nameless processes (`Effect.nameless`): ½ ln n for each parameter, n being the
+      effective degrees of freedom of all bins (`bic_cost`). A line at an expected frequency costs less
+      (`expected_line_gain`).
+
+    The number of parameters is `Effect.numbers`. A sinusoid has its frequency, and two for each line; one more for the
+    spacing of lines that are not harmonics, or three for each line if the lines share no frequency (`Sinusoid.numbers`).
     """
     effect = own.effect
     if isinstance(own, Process) and not effect.nameless:

@@ -81,8 +81,8 @@ def alternatives_to_pairs(fit: Fit) -> tuple[tuple[float, tuple[int, int], Solut
     """Tuple of (ln evidence minus that of the fit, indices, solution): models in which others replace two processes.
 
     `indices` are the places of the two replaced effects: detected random processes that drift slowly and may be removed.
-    One or two processes of other kinds replace them. Models whose evidence is lower by 3 nats or more are omitted. The
-    tuple is kept with the fit.
+    One or two processes of other kinds replace them. Models whose evidence is lower by 3 nats or more are omitted. Empty
+    for a model of at most two effects. The tuple is kept with the fit.
     """
     effects = fit.model.effects
     wandering = [
@@ -128,7 +128,9 @@ def alternative_pairs(fit: Fit, place: int) -> tuple[Pair, ...]:
     """Tuple of `Pair`, the highest evidence first: two effects that may replace the one at index `place`.
 
     At least one of the two is a declared alternative of that effect. Only the best pair of the same two kinds is listed,
-    and only if its evidence is less than 3 nats below that of the fit. The tuple is kept with the fit.
+    and only if its evidence is less than 3 nats below that of the fit. Empty if the effect may not be removed, if it is
+    neither a modifier nor can be split (`can_be_split`), or if the model has no other effect. The tuple is kept with the
+    fit.
     """
     out = fit.model.effects[place]
     splits = can_be_split(out) or (isinstance(out, Modifier) and is_removable(out))
@@ -223,7 +225,10 @@ class _PairSearch:
         return any(one.may_be(self.out) for one in pair)
 
     def _fits_with_process(self) -> list[Solution]:
-        """List of fits (`Solution`) of the base model plus one random process, for each of `_alternative_processes`."""
+        """List of fits (`Solution`) of the base model plus one random process, for each of `_alternative_processes`.
+
+        Classes without an acceptable fit are left out (`fit_replacement` returns None).
+        """
         fits = (fit_replacement(c, self.base, self.data) for c in self._alternative_processes())
         return [one for one in fits if one is not None]
 

@@ -42,9 +42,10 @@ class Replacement:
 
 
 def replacements(fit: Fit) -> Iterator[Replacement]:
-    """Iterator over `Replacement`: the declared alternatives of each detected effect and of each two slow processes.
+    """Iterator over `Replacement`: other effects replace one detected effect, or two detected slow processes.
 
-    One or two effects replace one, or two slow processes. The same model may occur twice.
+    One effect is replaced by a declared alternative, or by two effects of which one is a declared alternative. Two slow
+    processes are replaced by one or two slow processes of other kinds. The same model may occur twice.
     """
     effects = fit.model.effects
     for lead, places, solution in fit.alternatives_to_pairs:

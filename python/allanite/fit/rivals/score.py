@@ -1,4 +1,12 @@
-"""Score of a model: its log evidence plus the priors of its effects. The search judges changes of a model by it."""
+"""Score of a model: its log evidence plus the priors of its effects, nats. Four rules weigh the priors:
+
+| prior | of | used for |
+|---|---|---|
+| `prior` | one effect | suggestions (`Suggestion.score`) and plans; drops, if below 0 (`gain_without`) |
+| `replacing_prior` | one effect; +3 for every named slow process | the next two; which functions start a pair |
+| `prior_change` | all effects of two models, within ±3 | changes of a search (`score_change`) |
+| `Replacement.prior` | rarest effect of each side, within ±3 | replacements that a search tries; `undecided` |
+"""
 
 from __future__ import annotations
 

@@ -213,7 +213,10 @@ def fit_many(
 
 
 def of_fits(fits: Sequence[Fit]) -> ManyFits:
-    """`ManyFits` of several fits of one model, with pooled parameters; no parameter is pooled for a single fit."""
+    """`ManyFits` of several fits of one model, with pooled parameters; no parameter is pooled for a single fit.
+
+    `InputError` for recordings of different units.
+    """
     columns = [fit.recording for fit in fits]
     units = sorted({c.unit for c in columns})
     if len(units) > 1:
@@ -349,7 +352,7 @@ def _logarithms_and_errors(estimates: list[Estimate]) -> tuple[Array, Array] | N
 def _spread(estimates: list[Estimate]) -> float | None:
     """Relative standard deviation of the true values between recordings (Paule & Mandel 1982), from logarithms.
 
-    0 if the errors explain the differences. None as of `_logarithms_and_errors`.
+    0 if the errors explain the differences. None unless all estimates are detected, positive and have a standard error.
     """
     from scipy.optimize import brentq
 

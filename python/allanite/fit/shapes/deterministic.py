@@ -169,7 +169,7 @@ def design_of(
 
 
 def parts_of(designs: Sequence[Design]) -> list[slice]:
-    """List of the places of the columns of each design among those of all."""
+    """List of slices, one for each design: its columns in the matrix of all designs side by side."""
     ends = np.cumsum([0, *(design.matrix.shape[1] for design in designs)]).tolist()
     return [slice(*pair) for pair in itertools.pairwise(ends)]
 
@@ -234,7 +234,10 @@ def delta_logl_of(rows: Array, target: Array) -> float:
 
 
 def regress(matrix: Array, values: Array, variance: Array) -> Regression:
-    """`Regression`: fit of the columns of `matrix` to the ordinates `values`, with the weights 1/`variance`."""
+    """`Regression`: fit of the columns of `matrix` to the ordinates `values`, with the weights 1/`variance`.
+
+    Nearly dependent directions are left out, as in a pseudo-inverse (`regress_designs`).
+    """
     at = np.arange(values.size, dtype=np.int64)
     return regress_designs((Design(at, matrix),), at, values, variance)
 
@@ -245,8 +248,9 @@ def regress_designs(
     """`Regression` of all `designs` together; a regressor counts as 0 at ordinates that its design does not contain.
 
     `values` and `variance` are those of the ordinates `at`, ascending, which contain those of all designs. The columns of
-    the designs follow each other. The gain, ΔlogL, is ½ bᵀA⁻¹b for the normal equations A x = b. The time grows with the
-    number of designs, since most of them share few ordinates.
+    the designs follow each other. The gain, ΔlogL, is ½ bᵀA⁻¹b for the normal equations A x = b of regressors of norm 1.
+    Directions whose eigenvalue of A is at most 1e-12 of the largest are left out. The time grows with the number of
+    designs, since most of them share few ordinates.
     """
     root = 1.0 / np.sqrt(variance)
     places = [np.searchsorted(at, design.ordinates) for design in designs]

@@ -248,7 +248,10 @@ def orthogonal_to(basis: Array, rows: Array) -> Array:
 
 
 def basis_of(rows: Array) -> Array:
-    """Orthonormal basis that spans the rows, without singular values of at most 1e-3, shape (ordinates, at most rows)."""
+    """Orthonormal basis that spans the rows, shape (ordinates, at most rows).
+
+    The rows are first scaled to norm 1. Directions with a singular value of at most 1e-3 are left out.
+    """
     left, singular, _ = np.linalg.svd(_unit_rows(rows).T, full_matrices=False)
     return np.asarray(left[:, singular > MIN_INDEPENDENT_NORM])
 

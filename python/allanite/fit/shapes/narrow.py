@@ -192,7 +192,10 @@ class Window:
         return best
 
     def optimized(self, x: Array) -> Array:
-        """Coordinates of the local maximum of logL, by Fisher scoring from `x`; `x` itself if no step helps."""
+        """Coordinates of the local maximum of logL, by Fisher scoring from `x`; `x` itself if no step helps.
+
+        It ends after 40 steps, or when a step promises or brings less than 1e-3 nats.
+        """
         value = self.log_likelihood(x)
         for _ in range(MAX_STEPS):
             slopes, now = self._slopes(x)

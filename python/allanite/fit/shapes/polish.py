@@ -158,8 +158,14 @@ def _climb(
 ) -> tuple[Array, Maximum]:
     """Pair: coordinates of the shapes at a local maximum of logL, and `best` with the coefficients and discrepancy there.
 
-    The ascent starts at `point` and `best`. It ends after 60 steps, or when a step raises logL by less than 1e-4. With
-    `roughly`, these limits are 15 steps and 0.03.
+    The ascent starts at `point` and `best`, of which only `theta` and `scale` are updated. It ends
+
+    * after 60 steps,
+    * after a step below 0.1 of the trust radii that raises logL by less than 1e-4,
+    * if the next step promises less than a tenth of this rise,
+    * if no step raises logL until the trust radii are below 1e-5.
+
+    With `roughly`, it ends after 15 steps, or after a step of any length that raises logL by less than 0.03.
     """
     power, count = part.power, part.count
     linear = part.linear(shapes.at(point))

@@ -179,7 +179,7 @@ def simplest_design(ends: list[tuple[Model, Maximum]], place: int) -> tuple[Mode
     """Pair (model, maximum) in `ends` with the simplest design of the effect at `place` whose logL is within 2 of the best.
 
     A design is a set of choices, e.g. the type of a filter; `Effect.variants` lists the simplest first. Among equally
-    simple designs, the one with the largest logL is returned.
+    simple designs, the one with the largest logL is returned. `ends` must not be empty.
     """
     top = max(found.log_likelihood for _, found in ends)
     alike = [end for end in ends if end[1].log_likelihood >= top - MAX_SIMPLER_LOSS]

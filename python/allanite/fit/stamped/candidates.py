@@ -230,6 +230,7 @@ def _relative_log_variances(
     """Most likely log-variances relative to that of the first effect, then the exponent if it is fitted.
 
     Variances are those at the end of the record. Ratios are limited to e^±16. `start` is a fit of some of the effects.
+    Empty for one effect without a fitted exponent.
     """
     from scipy.optimize import minimize, minimize_scalar
 

@@ -58,8 +58,8 @@ def sum_of_noises(parts: list[StampedNoise]) -> StampedNoise:
 def sampled_noise(term: Term, rate: float, n: int) -> StampedNoise:
     """`StampedNoise` of samples that are the values of a spectral term, which refers to the sampling rate `rate`, Hz.
 
-    The term is white, flicker, random walk, Gauss–Markov, or a power law of exponent −2 to 0. `n`, the number of samples of
-    the record at that rate, determines the slowest process of a power law.
+    The term is white, flicker, random walk, Gauss–Markov, or a power law of exponent −2 to 0; `InputError` for any other.
+    `n`, the number of samples of the record at that rate, determines the slowest process of a power law.
     """
     process = _gauss_markov_of(term)
     if process is not None:
@@ -115,7 +115,10 @@ def _gauss_markov_of(term: Term) -> tuple[float, float] | None:
 
 
 def _power_law_of(term: Term) -> tuple[float, float]:
-    """Pair: exponent and level of a term with the spectrum level · (2 sin(πf/rate))^exponent per sample."""
+    """Pair: exponent and level of a term with the spectrum level · (2 sin(πf/rate))^exponent per sample.
+
+    `InputError` for other terms.
+    """
     name, numbers = term.kernel
     if name == "power_law":
         return numbers[0], numbers[1]

@@ -30,11 +30,14 @@ if TYPE_CHECKING:
 def with_addition(before: State, addition: Effect | Suggestion) -> State | None:
     """`State` of the model with one more effect, or with this effect in place of another; or None.
 
-    * If the model has an effect at the same feature of the spectrum, the new effect replaces it, for example a line a
-      band. The score must rise by more than 3 nats, and the old effect must not be the user's; otherwise None.
-    * A suggestion that replaces effects does so without a test; None if one of them is the user's.
+    The first case that applies counts:
+
+    * A suggestion that replaces effects (`gives_way`) replaces them, whatever the score is. None if one of them is the
+      user's.
     * If the new effect excludes a segment, effects that the search added and that lie mostly inside are removed.
-    * Otherwise, the effect is added without a test.
+    * If the model has an effect at the same feature of the spectrum, the new effect replaces it, for example a line a band.
+      The score must rise by more than 3 nats, and the old effect must not be the user's; otherwise None.
+    * Otherwise, the effect is added, whatever the score is.
     """
     fit = before.fit
     effect = addition if isinstance(addition, Effect) else addition.effect
@@ -67,7 +70,7 @@ def with_second_effect(
     scatter. The significant suggestions of `check`, made for `before`, are tried first. If the first effect alone is
     `tolerable`, the score must rise by more than 3 nats, and the discrepancy must not exceed that of `before`. Otherwise,
     if the Allan error still rises, the suggestions of a check of `after`, which may replace the first effect, are tried
-    too.
+    too. Of the two results, the one with the lower Allan error is returned.
     """
     new = after.fit.model.effects[-1].kind
     first = _first_tolerable_pair(before, after, [s for s in check.significant if s.kind != new])

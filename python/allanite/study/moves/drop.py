@@ -48,9 +48,9 @@ def without_needless_effects(before: State, after: State, needed: Collection[str
     """`State` of `after` without its needless effects; `after` itself if all effects are needed.
 
     `before` is the state without the last effect of `after`. The other effects are tried from the last to the first. An
-    added effect is dropped if the score rises by more than 0.5 nats without it, or if it is not detected. An effect of
-    the user's model is dropped if it was detected in `before`, and logL falls by less than 0.5 nats without it. All
-    effects of the user's model stay if the last effect is a function of time. Effects of kinds in `needed` stay, too.
+    effect is dropped if it may be dropped (`_may_be_dropped`) and is needless (`_fit_if_needless`). An effect of the user's
+    model must also have been detected in `before`; all of them stay if the last effect is a function of time. A line that
+    is needed as in `before` stays (`_is_line_needed_as_before`). Effects of kinds in `needed` stay, too.
     """
     state = after
     slow = isinstance(after.fit.model.effects[-1], Deterministic)
@@ -123,9 +123,9 @@ def _may_be_dropped(fit: Fit, place: int, needed: Collection[str]) -> bool:
 def _fit_if_needless(fit: Fit, place: int, given: bool) -> Fit | None:
     """`Fit` without the effect at index `place` if the model does not need this effect; None if it does.
 
-    An effect of the user's model (`given`) is needless if logL falls by less than 0.5 without it. Another effect is
-    needless if the score rises by more than 0.5 nats without it, or if it is not detected and logL falls by less than a
-    detected effect must bring.
+    A detected added effect is needless if the score rises by more than 0.5 nats without it (`gain_without`). An undetected
+    added effect is needless if logL falls by less than a detected effect must bring (`min_detected_delta_logl`). An effect
+    of the user's model (`given`) is needless if logL falls by less than 0.5 nats without it.
     """
     own, least = fit.solution.effects[place], MIN_SCORE_GAIN
     if undetected := not given and not is_detected(fit, place):

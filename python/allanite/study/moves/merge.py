@@ -197,14 +197,17 @@ def must_merge_levels(state: State) -> bool:
 
 
 def _added_level_changes(state: State) -> tuple[list[Modifier], list[int]]:
-    """Pair of lists: the added effects that switch the noise level, and their indices in the model."""
+    """Pair of lists: added effects that change the level of all white noise at given times, and their indices in the model.
+
+    Periodic levels, levels that follow a column, and levels of one band are left out: they have no `switches`.
+    """
     effects = state.fit.model.effects
     found = [(e, p) for p in state.added if isinstance(e := effects[p], Modifier) and e.switches[0]]
     return [e for e, _ in found], [p for _, p in found]
 
 
 def _switching_levels(candidates: Iterable[Candidate]) -> list[Modifier]:
-    """List of the effects of the `candidates` that switch between noise levels."""
+    """List of the effects of the `candidates` that change the level of the white noise at given times (`switches`)."""
     return [c.effect for c in candidates if isinstance(c.effect, Modifier) and c.effect.switches[0]]
 
 

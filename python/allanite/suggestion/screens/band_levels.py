@@ -65,8 +65,12 @@ LOSS_AT_95_PERCENT = 1.92
 def screen_band_level(solution: Solution, data: Data, whitened: Whitened) -> Candidate | None:
     """Refitted `Candidate` for the frequency band whose noise level differs most significantly in one interval; or None.
 
-    The bands of the model's processes are searched first, octaves only if none of them is significant. The interval must
-    have 1/64 to 63/64 of the record. The factor must differ from 1 by more than its error and the model discrepancy.
+    The bands of the model's processes are searched first, octaves only if none of them is significant. None
+
+    * for a summary, for coarsely rounded samples, or for a p-value above 1 %,
+    * if the interval is shorter than 1/64 of the record or longer than 63/64,
+    * if the factor differs from 1 by less than its error or the model discrepancy,
+    * if the model has a change of level that overlaps the band, or if over 10 % of the ΔlogL remains in the band after it.
     """
     kinds = [cls for cls in CATALOG if issubclass(cls, Modifier) and cls.screened == "band level"]
     if not kinds or whitened.samples.size < data.n or is_deformed_by_rounding(data):
@@ -145,7 +149,10 @@ def _changed_bands(
 
 
 def best_levels(found: Sequence[Candidate | None], n: int) -> list[Candidate]:
-    """List of the candidates of level changes whose ΔlogL minus BIC cost for `n` samples is within 3 nats of the best."""
+    """List of the candidates of level changes whose ΔlogL minus BIC cost for `n` samples is within 3 nats of the best.
+
+    None entries of `found` are left out.
+    """
     price = 0.5 * np.log(max(n, 2))
     worth = [(c.gain - price * c.parameters, c) for c in found if c is not None]
     best = max((w for w, _ in worth), default=0.0)

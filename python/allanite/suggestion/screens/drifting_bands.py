@@ -1,7 +1,8 @@
 """Screen of drifting bands: each band of the model is located in sections of the record.
 
-A band whose frequency changes slowly is wider in the mean spectrum than at any time, with one steep side. Two or three
-resonances then stand for it. The candidate is one moving band in the place of all bands on its course.
+A band whose frequency changes slowly is wider in the mean spectrum than at any time, with one steep side. A model of the
+mean spectrum then needs two or three resonances for this one band. The candidate is one moving band that replaces the
+located band, alone or together with all others in the range of its course.
 """
 
 from __future__ import annotations
@@ -146,7 +147,10 @@ def _replaced_text(replaced: tuple[Effect, ...]) -> str:
 def _replaceable_sets(
     own: Process, moving: Process, solution: Solution
 ) -> list[tuple[Effect, ...]]:
-    """List of tuples of the effects that a moving band may replace: the band alone, and all bands within its range."""
+    """List of tuples of the effects that a moving band may replace: the band alone, and all bands within its range.
+
+    Only the first if no other band that may move is in its range; empty if the moving band has no range of frequencies.
+    """
     course = moving.effect.occupies
     if course is None:
         return []
@@ -239,8 +243,12 @@ class _Sections:
     ) -> _Course | None:
         """Most likely course (`_Course`) of the center frequency of a band over time, for one width of the band; or None.
 
-        The frequency stays between the two values `within`, Hz. Two forms are compared: a constant frequency in each time
-        section, and a polygon.
+        The frequency stays between the two values `within`, Hz. The half-width of the band is `relative_width` times its
+        frequency, and `theta` its squared coefficient. The band replaces the effects `replaced`. Two forms are compared: a
+        constant frequency in each time section, and a polygon.
+
+        None if the range holds at most four tried frequencies, or if the band is not possible at one of them. None as well
+        if a section does not resolve neighboring tried frequencies.
         """
         step = relative_width * 0.5 * sum(within) / PLACES_PER_HALF_WIDTH
         if step < self.resolution:

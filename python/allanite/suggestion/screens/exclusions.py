@@ -381,7 +381,7 @@ def _power_ratio(
 def _is_loud(power: NDArray[np.float64], freedom: float, first: float, last: float) -> bool:
     """True if the mean relative power between two fractions of the record is significantly (1 %) above 1.
 
-    The first and the last value in between are ignored.
+    The first and the last value in between are ignored. False if no values remain.
     """
     from scipy.special import chdtrc
 
@@ -394,7 +394,8 @@ def _is_loud(power: NDArray[np.float64], freedom: float, first: float, last: flo
 def octaves_of(steady: Whitened) -> list[tuple[int, int, NDArray[np.float64], float]]:
     """List of (first ordinate, end, power over time, degrees of freedom of each value) for each whitened octave.
 
-    The degrees of freedom are reduced by the overdispersion.
+    The degrees of freedom are reduced by the overdispersion. Octaves with fewer than 64 values or without power are
+    omitted.
     """
     return [
         (low, high, power, each / overdispersion(power, each))

@@ -69,7 +69,9 @@ def _outliers_and_levels(
 ) -> tuple[Candidate | None, list[Candidate]]:
     """Pair: `Candidate` that excludes outliers or None, and list of `Candidate` of changes of the noise level.
 
-    If a level change also changes the median size of the samples, there are no outliers, only louder times.
+    With outliers, the level changes are searched without the outlier samples, and then refitted to the given data. If a
+    level change found with all samples also changes the median size of the samples, there are no outliers, only louder
+    times. The pair is then None and the level changes found with all samples.
     """
     refit_outliers = screen_outliers(solution, data, whitened.samples)
     found = screen_levels(solution, data, whitened)
@@ -87,7 +89,8 @@ def _changes_median_size(candidate: Candidate, data: Data, whitened: Whitened) -
     """True if a candidate changes the noise level of most samples, not only of a few outliers.
 
     Whitened samples where the candidate's level is high are compared with all others. The ratio of the median absolute
-    values, minus 1, must exceed half of the ratio of the rms values, minus 1.
+    values, minus 1, must exceed half of the ratio of the rms values, minus 1. False for a summary, for a constant level,
+    and for a p-value that is above 1 % or unknown.
     """
     effect = candidate.effect
     assert isinstance(effect, Modifier)
@@ -106,7 +109,8 @@ def screen_levels(solution: Solution, data: Data, whitened: Whitened) -> list[Ca
     """List of refitted `Candidate` of changes of the white-noise level over time; empty if none is found.
 
     Four forms are searched: one interval, several intervals, a periodic level, and a level that follows a logged column.
-    Candidates within 3 nats of the best (ΔlogL minus BIC cost) are returned.
+    Candidates within 3 nats of the best (ΔlogL minus BIC cost) are returned. Empty if the power over time is not known
+    (`level_series`). If the model has a level change already, candidates must make the power clearly steadier.
     """
     series = level_series(solution, data, whitened)
     if series is None:
@@ -151,7 +155,8 @@ def level_series(solution: Solution, data: Data, whitened: Whitened) -> Series |
 def _repeats_waveform(candidate: Candidate, data: Data, whitened: Whitened) -> bool:
     """True if the loud samples of a periodic noise level repeat a waveform: then it is a spectral line, not a noise level.
 
-    The mean product of the loud samples and those one period later must exceed half of their excess power.
+    The mean product of the loud samples and those one period later must exceed half of their excess power. False for a
+    summary, and for a period of one sample or of the whole record.
     """
     effect = candidate.effect
     assert isinstance(effect, Modifier)
@@ -190,7 +195,9 @@ def _with_refined_times(
 ) -> Candidate:
     """Copy of a candidate whose times of level changes are refined to single samples, with new factors.
 
-    A summary has no samples; the finest power over time that it keeps is used.
+    A summary has no samples; the finest power over time that it keeps is used. A periodic level is refined by
+    `_with_refined_gate`. The same candidate is returned if it has no times, and for a summary whose refined times are not
+    in order or whose power is not known.
     """
     effect = candidate.effect
     if isinstance(effect, Modifier) and "period" in effect.values:

@@ -79,7 +79,9 @@ def _divide_by_level(
 def look(context: Context) -> tuple[Candidate, ...]:
     """Tuple of refitted `Candidate` of up to 12 lines of the residual, the clearest first, each with its harmonics.
 
-    Evenly spaced lines become one candidate.
+    Evenly spaced lines become one candidate. So do more than 12 lines far apart, if harmonics of the clearest have less
+    than half of their power. The search ends at a peak of at most 6 nats, or of less than 3 above ln of the number of
+    trials. A candidate that does not raise logL is left out.
     """
     solution, data, whitened = context.solution, context.data, context.whitened.samples
     if solution.best.scale is not None or data.gain is not None:
@@ -228,9 +230,13 @@ def evenly_spaced(
 ) -> tuple[float, list[float]] | None:
     """Pair (lowest, multiples) of the evenly spaced lines of a periodogram that are most complete; or None.
 
-    The distances of any two of `places`, indices of the clearest lines, are tried as spacing. `multiples` are the lines
-    divided by the lowest one. At least 5 lines, and more than `harmonics`, must stand out, at 60 % of the positions from
-    the lowest to the highest. Most complete means the largest number of lines minus 60 % of these positions.
+    `ratio` is the periodogram divided by its expectation. The distances of any two of `places`, indices of the clearest
+    lines, are tried as spacing. `multiples` are the lines, ascending, divided by the lowest one. Their frequencies are
+    those of a straight line through the maxima.
+
+    At least 5 lines, and more than `harmonics`, must stand out, at 60 % of the positions from the lowest to the highest.
+    Most complete means the largest number of lines minus 60 % of these positions. Lines that are harmonics of their spacing
+    are left out.
     """
     best: tuple[float, float, list[float]] | None = None
     for a, b in itertools.combinations(sorted(places), 2):
@@ -276,7 +282,10 @@ def _teeth(
 
 
 def _line_set(places: list[int], ratio: NDArray[np.float64]) -> tuple[float, list[float]]:
-    """Pair (lowest, multiples) of the lines at the indices `places`; `multiples` are ascending, divided by the lowest."""
+    """Pair (lowest, multiples) of the lines at the indices `places`, first moved to the maxima of `ratio` near them.
+
+    `lowest` is an index with a fraction; `multiples` are all lines, ascending, divided by it.
+    """
     peaks = _maxima(ratio, np.sort(np.array(places)))
     return float(peaks[0]), [float(peak / peaks[0]) for peak in peaks]
 

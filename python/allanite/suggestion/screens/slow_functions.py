@@ -1,8 +1,9 @@
 """Screens of slow functions of time and of other columns: drifts, events, temperature dependences.
 
-Each kind is a matched filter on the whitened ordinates at every point of its shape grid; the best point is refitted. A
-slow function must explain something that a random process does not. Its p-value is therefore that of what it adds to the
-model *with* the best wandering process; otherwise any slow column explains any random walk (spurious regression).
+Each kind is a matched filter on the whitened ordinates at every point of its shape grid; the best point is refitted. A slow
+function must explain something that a random process does not. Its p-value is therefore that of what it adds to the model
+*with* the slowly drifting process of the highest ΔlogL; otherwise any slow column explains any random walk (spurious
+regression).
 """
 
 from __future__ import annotations
@@ -85,7 +86,7 @@ def look(context: Context) -> tuple[Candidate, ...]:
 
 
 def _best_wandering_process(context: Context) -> Solution | None:
-    """`Solution` with the best slowly drifting random process that the screen of the spectrum found; None without one."""
+    """`Solution` with the slowly drifting process of the highest ΔlogL that the screen of the spectrum found; or None."""
     red = [
         c
         for c in context.found["spectral"]
@@ -204,7 +205,10 @@ def _richer_forms(
     found: dict[Deterministic, tuple[float, float, Noise]] = {}
 
     def add_extended(plain: Effect, starts: float, noise: Noise) -> None:
-        """Add to the dict `found` each form of `plain` with more parameters, with its best shape values."""
+        """Add to the dict `found` each form of `plain` with more parameters, with its best shape values.
+
+        A form that is in the dict already keeps its value.
+        """
         for blank in plain.extended():
             assert isinstance(blank, Deterministic)
             grid = grid_points(blank, data.n, data.rate)
@@ -327,11 +331,15 @@ def _refitted_candidate(
     context: Context,
     over: tuple[float, Family] | None = None,
 ) -> Candidate | None:
-    """Refitted `Candidate` that adds the slow function `effect` to the model; None if logL does not rise.
+    """Refitted `Candidate` that adds the slow function `effect` to the model; None if its `judged_gain` is not positive.
 
-    None as well if an event rests on a few samples, if the slope on a logged column has different signs at slow and fast
-    time scales, or if the rise above `over` = (ΔlogL, family) is not significant (1 %). `judged_gain`, from which the
-    p-value follows, is at most the ΔlogL beside the best slowly drifting random process.
+    None as well if an event rests on a few samples, or if the slope on a logged column has different signs at slow and fast
+    time scales. With `over` = (ΔlogL, family), None if the rise above this ΔlogL is not significant (1 %), or if a time of
+    the effect is not known.
+
+    `judged_gain`, from which the p-value follows, is at most the ΔlogL beside the slowly drifting process of the highest
+    ΔlogL. It is reduced for leakage through filters, for louder noise where the effect acts, and for missing samples. So it
+    is for several amplitudes, and for short events with samples that are not normal.
     """
     base, data, rival = context.solution, context.data, context.shared(_best_wandering_process)
     refitted = solve(data, base.model + effect, like=base, settled=len(base.model), rounds=4)
@@ -371,7 +379,9 @@ def _refitted_candidate(
 def _rests_on_few_samples(event: Deterministic, base: Solution, data: Data) -> bool:
     """True if a short event depends on a few outliers: its trimmed mean is less than half of its mean.
 
-    Both are means of the residual during the event, minus those of an equal time before it.
+    Both are means of the residual during the event, minus those of an equal time before it. False for a summary, for an
+    event without duration, and for more than 4096 samples in the event. Otherwise True for fewer than 16 samples in the
+    event, and False for fewer than 16 samples before it.
     """
     if event.when is None or event.when[0] == event.when[1] or data.samples.size < data.n:
         return False
@@ -431,8 +441,8 @@ def _equivalent_single_gain(gain: float, amplitudes: int) -> float:
     return float(0.5 * ndtri_exp(log_p - np.log(2.0)) ** 2)
 
 
-def score(candidate: Candidate) -> float:
-    """Score of a refitted candidate: its ΔlogL less the cost of its parameters, nats."""
+def gain_less_cost(candidate: Candidate) -> float:
+    """ΔlogL of a refitted candidate minus the cost of its parameters, nats."""
     assert candidate.solution is not None
     return candidate.gain - parameters_cost(candidate.solution.effects[-1], candidate.solution)
 
@@ -440,13 +450,13 @@ def score(candidate: Candidate) -> float:
 def _with_gains_next_to_best(found: list[Candidate], data: Data) -> tuple[Candidate, ...]:
     """Tuple of copies of the candidates `found` with lower `judged_gain` for all but the best functions.
 
-    The best functions are those within 3 nats of the highest score. `judged_gain` of another function becomes its smallest
-    ΔlogL in a model that has one of the best functions.
+    The best functions are those within 3 nats of the highest `gain_less_cost`. `judged_gain` of another function becomes
+    its smallest ΔlogL in a model that has one of the best functions. Functions that cannot be significant are not changed.
     """
     # A step at the start looks like a warm-up, and like any temperature that rises from there.
-    # Compare scores, not gains: of two forms of one event the one with more parameters gains a little more.
-    top = max(map(score, found), default=0.0)
-    best = [c for c in found if score(c) > top - MAX_RIVAL_LOG_EVIDENCE]
+    # Subtract the cost: of two forms of one event the one with more parameters gains a little more.
+    top = max(map(gain_less_cost, found), default=0.0)
+    best = [c for c in found if gain_less_cost(c) > top - MAX_RIVAL_LOG_EVIDENCE]
 
     def with_smallest_gain(candidate: Candidate) -> Candidate:
         """Copy of a candidate whose `judged_gain` is at most its ΔlogL with one of `best` in the model."""

@@ -101,8 +101,10 @@ def directions(
 ) -> Iterator[tuple[type[Effect], list[Effect], NDArray[np.float64]]]:
     """Iterator over (kind, effects, unit vectors): how each shape of an effect would change the spectrum.
 
-    The unit vectors, shape (effects, bins), are the normalized changes of bin power divided by the scatter of each bin. The
-    part that the model's own effects can fit is subtracted first; effects of which nothing remains are omitted.
+    `effects` are trial effects with the shape values of a grid. The unit vectors, shape (effects, bins), are the normalized
+    changes of bin power divided by the scatter of each bin. The part that the model's own effects can fit is subtracted
+    first; effects of which nothing remains are omitted. Kinds that are not searched in the spectrum or that the model
+    cannot take are omitted, too.
     """
     root = np.sqrt(0.5 * solution.count)
     # Directions of the model's own effects: the refit moves along them anyway.
@@ -324,7 +326,8 @@ def _refitted_candidate(
 ) -> Candidate | None:
     """Refitted `Candidate`: the best one of the trial effects `points`, after the best few are optimized; or None.
 
-    `points` are one kind of effect with a grid of shape values, and `arc` is the path length of the grid, rad.
+    `points` are one kind of effect with a grid of shape values, and `arc` is the path length of the grid, rad. None if no
+    trial effect raises logL by 0.5 nats, or if `_candidate_of_last_effect` refuses the refitted effect.
     """
     scanned = scan_added_effect(base.model, points, base.best, part)
     if scanned[0][0].log_likelihood - base.best.log_likelihood < MIN_SCORE_GAIN:
@@ -381,11 +384,11 @@ def widths_tried(n: int) -> int:
 def narrow_bands(
     solution: Solution, data: Data, white: NDArray[np.float64]
 ) -> Iterator[tuple[float, float, float, float]]:
-    """Iterator over (ΔlogL, low, high, variance), one for each tried width: the band with the largest excess of power.
+    """Iterator over (ΔlogL, low, high, variance): for each tried width at most one band, that with the most excess power.
 
     Bands are searched in the whitened ordinates `white`, at frequencies where the bins are wider than the band. ΔlogL is
     that of a flat band: ½k(m − 1 − ln m) for k ordinates with m times the expected power. `low` and `high` are its ends,
-    Hz, and `variance` is that of the excess, U².
+    Hz, and `variance` is that of the excess, U². Widths without an excess are left out.
     """
     total = np.square(white)
     np.cumsum(total, out=total)
