@@ -100,7 +100,8 @@ def fit_gls(
     The expected variance is linear in the squares. The covariance of the curve follows from the fitted squares; both are
     computed in turn until they converge. This is Fisher scoring of a Gaussian model of the curve. `allan_variances`, U²,
     are overlapping ones of a record of `n` samples; `factors` are as of `gls_factors`. `unit_terms` are those of each
-    effect at coefficient 1. `InputError` if no effect fits the curve, and the errors of `_checked_curve`.
+    effect at coefficient 1. `InputError` if no effect fits the curve or two effects have the same curve, and the errors of
+    `_checked_curve`.
     """
     target, m = _checked_curve(allan_variances, factors, len(unit_terms))
     mixtures = Mixtures.of(unit_terms, n, m, target)

@@ -66,7 +66,7 @@ def column_of(model: Model, effect: Stochastic, data: Data) -> Array:
     """Expected power of each bin from one effect of a model at coefficient 1, shape (bins,).
 
     The filters of the model act on the effect; on white noise, its level changes and bandwidth act too. Leakage by missing
-    samples is included.
+    samples is included. The array is cached, except for the factor of level changes.
     """
     stop_if_unwanted()
     unscaled, mixing = _without_coefficient(effect), data.mixing
