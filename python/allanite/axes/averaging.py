@@ -63,7 +63,8 @@ def averaged(recordings: Sequence[Recording], studies: Mapping[str, Study]) -> t
     """Weighted mean of the columns that measure one axis, for each such axis; often empty.
 
     Columns measure one axis if their names differ only in numbers (``gyro0_x``, ``gyro1_x``) and their units agree.
-    Only columns whose model has white noise (N) take part.
+    Only columns whose model has white noise (N) take part. An axis is omitted if an N is 0, the samples are angles, or
+    the record has fewer than 50 samples.
     """
     found = []
     for recording in recordings:

@@ -125,7 +125,10 @@ def _whitened_transform(fit: Fit) -> NDArray[np.complex128]:
 
 
 def _octave_edges(last: int) -> list[tuple[int, int]]:
-    """(first, end) indices of the Fourier frequencies of each octave with enough frequencies, lowest octave first."""
+    """(first, end) indices of the Fourier frequencies of each octave, lowest octave first; `end` is exclusive.
+
+    Frequency 0 is excluded. Octaves with fewer than `MIN_BAND_ORDINATES` frequencies are omitted.
+    """
     out = []
     high = last
     while high - (low := high // 2) >= MIN_BAND_ORDINATES:

@@ -107,7 +107,10 @@ def common_events(fits: Mapping[str, Fit]) -> tuple[CommonEvent, ...]:
 def _agreeing_groups(
     fits: Mapping[str, Fit], occurrences_of: Callable[[str, Fit], list[_Occurrence]]
 ) -> list[list[_Occurrence]]:
-    """Groups of frequencies (Hz) or times (s) on several columns that agree within their errors, lowest value first."""
+    """Groups of frequencies (Hz) or times (s) on several columns that agree within their errors, lowest value first.
+
+    Groups in which only one column occurs are omitted.
+    """
     seen = sorted(
         (s for pair in fits.items() for s in occurrences_of(*pair)), key=lambda s: s.value
     )
@@ -171,7 +174,10 @@ def _event_times(column: str, fit: Fit) -> list[_Occurrence]:
 
 
 def _excursion_times(column: str, fit: Fit, effect: Deterministic) -> list[_Occurrence]:
-    """Start time in s of each excursion (temporary change of the bias) that the effect describes, if it has an error."""
+    """Start time in s of each excursion (temporary change of the bias) that the effect describes, if it has an error.
+
+    Empty if the amplitudes of the effect are not part of the fit.
+    """
     own = next(own for own in fit.solution.effects if own.effect == effect)
     out = []
     if isinstance(own, Regressed):
@@ -191,7 +197,10 @@ def _weighted_mean(group: list[_Occurrence]) -> tuple[float, float]:
 
 
 def _belongs_to(group: list[_Occurrence], line: _Occurrence) -> bool:
-    """True if `line` agrees, within the errors, with the weighted mean of a `group` without its column."""
+    """True if `line` agrees, within the errors, with the weighted mean of the `group`.
+
+    False if the group already has an entry of the column of `line`.
+    """
     if line.column in {s.column for s in group}:
         return False
     mean, error = _weighted_mean(group)

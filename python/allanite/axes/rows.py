@@ -128,7 +128,9 @@ def _parameter_rows(label: str, cells: Sequence[_Cell | None], fits: Sequence[Fi
 def _cell_text(cell: _Cell | None, unit: str | None = None, *, interval: bool = True) -> str:
     """Text of an entry in the table of axes, without its unit: value and 95 % interval, in `unit` if given.
 
-    Without a value or limit, it is a dash. With `interval` False, detected values have four digits only.
+    A parameter that was not detected gives ``< limit``, or a dash without an interval; None also gives a dash. A value
+    without an interval has four digits, and the reason in brackets if it was not fitted. With `interval` False,
+    detected values have four digits only.
     """
     if cell is None:
         return ABSENT

@@ -147,6 +147,7 @@ def improve_columns(
     """List with one entry per column: its `Study`, or the `AllaniteError` that explains why there is none.
 
     Columns are computed in parallel and share `seconds`. (`allanite.improve_columns` gives `seconds` to each column.)
+    Other exceptions are raised.
     """
     end = None
     if seconds is not None:

@@ -77,7 +77,10 @@ class TurnOn:
 def turn_on_biases(
     first: Sequence[Recording], others: Sequence[Sequence[Recording]]
 ) -> dict[str, TurnOn]:
-    """`TurnOn` (bias at switch-on) of each column that `first` and another log have, by name, in the unit of `first`."""
+    """`TurnOn` (bias at switch-on) of each column that `first` and another log have, by name, in the unit of `first`.
+
+    Raises `InputError` if the units of a column differ in kind.
+    """
     out = {}
     for one in first:
         for column in one.measured:

@@ -194,7 +194,10 @@ def _without_rounding(model: Model, step: float | None, rate: float) -> tuple[Mo
 
 
 def _as_recorded(samples: Array, known: Mapping[str, Any], step: float | None) -> Array:
-    """Simulated `samples` as the sensor of `known` (`sample_statistics`) would record them: mean, rounding and clipping."""
+    """Simulated `samples` as the sensor of `known` (`sample_statistics`) would record them.
+
+    The mean is added, the samples are rounded to multiples of `step` unless it is None, and then clipped.
+    """
     out = samples + float(known.get("mean", 0.0))
     if step is not None:
         # A mean beyond all sensors gives infinite samples, which a recording refuses.

@@ -163,7 +163,10 @@ class Working:
 def working_states(
     studies: Mapping[str, Study], recordings: Sequence[Recording]
 ) -> dict[str, Working]:
-    """`Working` of each column that both logs have, by name; `studies` are those of the log at rest."""
+    """`Working` of each column that both logs have, by name; `studies` are those of the log at rest.
+
+    Raises `InputError` for a model without white noise.
+    """
     at_work = {column.columns[0]: column for one in recordings for column in one.measured}
     return {
         name: _working_state(s.fit, at_work[name]) for name, s in studies.items() if name in at_work
@@ -206,7 +209,7 @@ def _working_state(fit: Fit, log: Recording) -> Working:
     N is raised by the mean excess of the measured spectral density over the model. The excess is averaged above the
     frequencies of motion, up to 10 Hz or twice the highest frequency of motion, whichever is larger, but at most a
     quarter of the rate. Spectral lines, and bands of vibration above this range, become sinusoids of the same rms in
-    the model.
+    the model. Raises `InputError` if the model at rest has no white noise.
     """
     recording = fit.recording
     model = fit.model.steady((0.0, recording.duration))
@@ -264,7 +267,10 @@ def _working_state(fit: Fit, log: Recording) -> Working:
 
 
 def _welch_spectrum(log: Recording) -> tuple[Array, Array, int, float]:
-    """(frequencies in Hz, two-sided Welch density in U²/Hz, number of averaged segments, variance of the samples)."""
+    """(frequencies in Hz, two-sided Welch density in U²/Hz, number of averaged segments, variance of the samples).
+
+    The three lowest frequencies and the last one are omitted.
+    """
     from scipy.signal import welch
 
     x = bridge_gaps(log.rate_samples())

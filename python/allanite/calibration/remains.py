@@ -122,7 +122,7 @@ def deviations_before_and_after(fit: Fit, runs: Runs) -> Remainder:
     """`Remainder`: Allan deviation of the samples before and after correction, at common averaging times.
 
     Each log is evaluated separately. The variances of the logs are averaged, weighted by their numbers of squared
-    differences.
+    differences. Averaging times with fewer than four averages in every log, or without a value, are omitted.
     """
     x = np.asarray(runs.recording.samples, dtype=float)
     left = x - law_signal(fit)

@@ -118,7 +118,8 @@ class Runs:
 def thermometers(recordings: Sequence[Recording], temperature: str | None) -> tuple[str, ...]:
     """Names of the temperature columns that all logs have; only `temperature` if it is given.
 
-    A single common column counts even if nothing shows that it is a temperature.
+    A single common column counts even if nothing shows that it is a temperature. Raises `InputError` if the logs have
+    no temperature column in common, or if not all have the column `temperature`.
     """
     common = [n for n in recordings[0].covariates if all(n in r.covariates for r in recordings)]
     if temperature is not None:

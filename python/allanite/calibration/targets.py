@@ -75,7 +75,10 @@ def render(found: ThermalCalibration, target: str) -> str:
 
 
 def _triads(found: ThermalCalibration, kind: str, most: int, consumer: str) -> list[_Triad]:
-    """One `_Triad` per sensor of this kind in the order of the log; its axes differ only in the letter x, y or z."""
+    """One `_Triad` per sensor of this kind in the order of the log; its axes differ only in the letter x, y or z.
+
+    Raises `InputError` for more than `most` sensors; its message names `consumer`.
+    """
     groups: dict[str, dict[str, AxisLaw]] = {}
     for axis in found:
         if parse_unit(axis.unit).kind == kind:
@@ -132,7 +135,10 @@ def _comment_lines(found: ThermalCalibration, mark: str, *lines: str) -> list[st
 
 
 def _px4(found: ThermalCalibration) -> str:
-    """Text of PX4 shell commands ``param set TC_G…`` and ``TC_A…``, with comments; X0 of accelerometers is 0."""
+    """Text of PX4 shell commands ``param set TC_G…`` and ``TC_A…``, with comments; X0 of accelerometers is 0.
+
+    Raises `InputError` for over 4 sensors of a kind, or none.
+    """
     gyros, accels = _gyroscopes_and_accelerometers(found, PX4_SENSORS, "px4")
     lines = _comment_lines(
         found,
@@ -163,7 +169,10 @@ def _px4(found: ThermalCalibration) -> str:
 
 
 def _ardupilot(found: ThermalCalibration) -> str:
-    """Text of an ArduPilot parameter file with lines ``INS_TCAL…,value``, with comments."""
+    """Text of an ArduPilot parameter file with lines ``INS_TCAL…,value``, with comments.
+
+    Raises `InputError` for over 3 sensors of a kind, or none.
+    """
     gyros, accels = _gyroscopes_and_accelerometers(found, ARDUPILOT_SENSORS, "ardupilot")
     lines = _comment_lines(
         found,

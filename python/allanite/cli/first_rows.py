@@ -48,7 +48,10 @@ def number_of_cell(cell: str) -> float | None:
 
 
 def has_numbers(line: str) -> bool:
-    """True if a line is a row of samples: no comment, and at least half of its non-empty cells are numbers."""
+    """True if a line is a row of samples: no comment, and at least half of its non-empty cells are numbers.
+
+    False if all cells are empty.
+    """
     cells = [] if line.lstrip().startswith("#") else list(filter(None, cells_of(line)))
     return bool(cells) and 2 * sum(number_of_cell(c) is not None for c in cells) >= len(cells)
 
@@ -85,7 +88,8 @@ def watched_column(
 
     The unit of the numbers is that in the header, otherwise the given one, otherwise that of the log to which the model
     was fitted. Without a row of numbers: the first column, factor 1. `column` is the user's choice, and `quantity` is
-    ``rate``, ``increment`` or ``angle``.
+    ``rate``, ``increment`` or ``angle``. Raises `InputError` if the column is unknown or holds time stamps, or if its
+    unit contradicts the given one. Data that are no text log raise it, too.
     """
     from allanite.readers.roles import Roles
 
@@ -110,6 +114,7 @@ def _factor_to_model_unit(
     """Factor by which the numbers in the column with index `at` are multiplied to get the unit of the model.
 
     If the model has no known unit, the target is the unit that `allanite.read` gives to the samples of this column.
+    Raises `InputError` if column and model belong to different kinds of sensor.
     """
     from allanite.readers.columns import layout_from_roles
 
@@ -125,7 +130,8 @@ def _column_index(roles: Roles, column: str | None, model_column: str, source: s
     """Index of the column to watch: `column` (a name or number) if given, otherwise that of the name `model_column`.
 
     If no column has that name, it is the first column that `allanite.read` would take for a sensor, and a note lists
-    further sensors. In a table without names, columns with constant numbers are skipped if possible.
+    further sensors. In a table without names, columns with constant numbers are skipped if possible. Raises
+    `InputError` if `column` does not exist, or if the column holds time stamps.
     """
     from allanite.readers.columns import layout_from_roles
     from allanite.recording import find_column
@@ -155,7 +161,10 @@ def _may_be_sensor(table: Table, at: int) -> bool:
 
 
 def _table_of_lines(lines: Sequence[str]) -> tuple[Table, str]:
-    """(`Table` of the columns of numbers in these lines, delimiter), found by the same code that reads text logs."""
+    """(`Table` of the columns of numbers in these lines, delimiter), found by the same code that reads text logs.
+
+    Raises `InputError` if the lines are no text log, or if the temporary file for the reader cannot be written.
+    """
     from allanite import _kernels
     from allanite.readers.text import core_errors_with_remedy, first_rows_of
 

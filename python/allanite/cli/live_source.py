@@ -130,7 +130,8 @@ def samples_of_source(
 
     `source` is a path, ``-`` (standard input), or ``udp://127.0.0.1:PORT``. `column_of` returns the column to watch
     from the first lines. A file is read from `position`, a value of `Rows.position`; with `follow`, the iterator waits
-    for more rows at its end. Rows that arrived before `stop` are still yielded.
+    for more rows at its end. Rows that arrived before `stop` are still yielded. Raises `InputError`, also while
+    iterating, if the source cannot be used, a line is too long, or a row lacks the column.
     """
     if source == STANDARD_INPUT:
         if sys.stdin is None:
@@ -222,7 +223,10 @@ class _Lines:
         yield rows
 
     def _add_bytes(self, data: bytes) -> None:
-        """Split bytes of the source into lines, collect the samples of complete lines, and keep an incomplete last line."""
+        """Split bytes of the source into lines, collect the samples of complete lines, and keep an incomplete last line.
+
+        Raises `InputError` if the incomplete line is longer than 1 MiB.
+        """
         text = self.rest + data
         # A carriage return also ends a line.
         end = max(text.rfind(b"\n"), text.rfind(b"\r")) + 1
@@ -237,7 +241,8 @@ class _Lines:
     def _add_line(self, line: bytes) -> None:
         """Collect the sample in a line of the source; keep the line while the column to watch is not yet known.
 
-        The column is chosen once 100 rows of numbers have arrived.
+        The column is chosen once 100 rows of numbers have arrived. Raises `InputError` if fewer have arrived after 16
+        MiB.
         """
         if self.column is not None:
             self._add_sample(line)
@@ -262,7 +267,11 @@ class _Lines:
                 self._add_sample(line)
 
     def _add_sample(self, line: bytes) -> None:
-        """Append the number in the watched column of a line, if it has one, and then move the position behind the line."""
+        """Append the number in the watched column of a line, if it has one, and then move the position behind the line.
+
+        Raises `InputError` if the row has no such column, or if the number is infinite; the position then stays before
+        the line.
+        """
         assert self.column is not None
         with about(self.name):
             value = sample_of(_text_of(line), self.column.index, self.column.delimiter)
@@ -395,7 +404,7 @@ def _is_replaced(path: Path, descriptor: int) -> bool:
 def _blocks_of_thread(read: Callable[[], bytes], stop: Stop) -> Iterator[_Block]:
     """Yield blocks with the bytes that `read` returns in a thread, until there are none, and empty ones every 0.05 s.
 
-    After a signal, reading ends within about 0.1 s.
+    After a signal, reading ends within about 0.1 s. An `OSError` of `read` ends the iterator, too.
     """
     blocks: queue.Queue[bytes] = queue.Queue(MAX_QUEUED_BLOCKS)
 
@@ -441,7 +450,10 @@ def _blocks_of_datagrams(source: str, stop: Stop) -> Iterator[_Block]:
 
 
 def _bound_socket(source: str) -> socket.socket:
-    """UDP socket bound to the address ``udp://127.0.0.1:PORT`` (or localhost) in `source`; else `InputError`."""
+    """UDP socket bound to the address ``udp://127.0.0.1:PORT`` (or localhost) in `source`.
+
+    Raises `InputError` if the address is not local, the port is not 1 to 65535, or it cannot be bound, as when in use.
+    """
     import socket
 
     host, _, port = source.removeprefix("udp://").rpartition(":")

@@ -31,7 +31,10 @@ class NamedModel:
     log_unit: str | None = None
 
     def in_unit(self, unit: str) -> Model:
-        """`Model` with its coefficients converted to samples in `unit`; unchanged if the unit of the model is unknown."""
+        """`Model` with its coefficients converted to samples in `unit`; unchanged if the unit of the model is unknown.
+
+        Raises `InputError` if `unit` is that of another kind of sensor.
+        """
         if self.unit is None or self.unit == unit:
             return self.model
         factor = conversion(self.unit, unit)
@@ -74,7 +77,8 @@ def models_of(text: str, unit: str | None = None, rate: float | None = None) -> 
 def start_models(text: str | None, columns: Sequence[Recording]) -> list[Model]:
     """Start model of each column, in the unit of its samples, from a model string or file.
 
-    None stands for N+B+K, or Q+F+N+B+K for a clock.
+    None stands for N+B+K, or Q+F+N+B+K for a clock. Raises `InputError` if `text` is invalid, or if its file has
+    several models and none for a column.
     """
     if text is None:
         from allanite.effects.files import parse_model

@@ -404,7 +404,10 @@ def read_columns(
 
 
 def _without_locked(path: str, columns: list[Recording]) -> list[Recording]:
-    """The columns (at least one) of which no quantization code makes up 95 % of the samples; notes on the others."""
+    """The columns without those for which `locked_error` finds that one code makes up 95 % of the samples or more.
+
+    Prints a line on standard error for each omitted column. Raises `TooShortError` if no column is left.
+    """
     from allanite.fit.locked import locked_error
 
     errors = [locked_error(column) for column in columns]
@@ -464,7 +467,8 @@ def _prepared_recording(
 ) -> Recording:
     """Recording after --trim, the test for motion and gravity, --decimate and --output-unit, in this order.
 
-    Prints findings about motion, and sets the units in which results are printed (--output-unit).
+    Prints findings about motion, and sets the units in which results are printed (--output-unit). Raises
+    `TooShortError` below 16 samples, and `InputError` if no column varies or the recording is implausible (`checked`).
     """
     from allanite.readers.plausibility import checked
 

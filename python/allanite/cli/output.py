@@ -102,7 +102,10 @@ def print_findings(columns: Sequence[Record], options: LogOptions, log: str = ""
 
 
 def check_targets(plot: str | None = None, save: str | None = None) -> None:
-    """Raise `InputError` if --plot or --save names no possible file; nothing is written."""
+    """Raise `InputError` if --plot or --save names no possible file; nothing is written.
+
+    --plot must end in .svg, .png or .pdf.
+    """
     if plot is not None:
         if Path(plot).suffix.lower() not in (".svg", ".png", ".pdf"):
             raise InputError(f"--plot {plot}: the name must end in .svg, .png or .pdf")

@@ -31,7 +31,10 @@ def shown_path(path: str) -> str:
 
 @contextmanager
 def log_file(path: str) -> Iterator[Path]:
-    """Context with the path of a log; standard input (``-``) is copied to a temporary file."""
+    """Context with the path of a log; standard input (``-``) is copied to a temporary file, which is deleted at the end.
+
+    Raises `InputError` if standard input is closed or too long. Other paths are not checked.
+    """
     if path != STANDARD_INPUT:
         yield Path(path)
         return
@@ -50,7 +53,8 @@ def log_file(path: str) -> Iterator[Path]:
 def _spool_input(head: bytes, stream: IO[bytes], spool: Path) -> None:
     """Copy standard input to the new file `spool`: `head`, the bytes already read, then the rest of `stream`.
 
-    Raises `InputError` if the data exceed half of the free space, or the file cannot be written.
+    An empty `head` means that the input is empty; the file is then empty, too. Raises `InputError` if the data exceed
+    half of the free space, or the file cannot be written.
     """
     folder = gettempdir()
     try:

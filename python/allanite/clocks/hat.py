@@ -227,7 +227,8 @@ def _differences_of_clocks(
     """(names of the clocks, dict from a pair of names (a, b) to the `Recording` of clock a minus clock b).
 
     If `pairs` is None, each column is a clock, and the columns are subtracted. Otherwise the columns are already the
-    differences that `pairs` names.
+    differences that `pairs` names. Raises `InputError` for fewer than three clocks, for a pair of clocks without a
+    column, or if columns of clocks seem to be differences.
     """
     if pairs is None:
         names = list(recording.columns)
@@ -258,7 +259,8 @@ def _require_no_differences(names: list[str], samples: Array) -> None:
     """Raise `InputError` if three columns of `samples`, shape (n, clocks), are differences of clocks: A − B, B − C, C − A.
 
     With suitable signs, the sum of three such columns is constant. It counts as constant if its increments scatter less
-    than `MAX_RELATIVE_SUM` times those of the quietest of the three columns.
+    than `MAX_RELATIVE_SUM` times those of the quietest of the three columns. Nothing is tested with fewer than three
+    rows without NaN.
     """
     changes = np.diff(samples[np.isfinite(samples).all(axis=1)], axis=0)
     if len(changes) < 2:

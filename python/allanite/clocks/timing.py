@@ -348,6 +348,7 @@ def _timing_of_column(
     """`Timing` of one column; `report`, if given, is called with the number of noise models fitted so far.
 
     The phase that a servo added (`steering`, as in `timing`) is subtracted before the fit and added to the holdover.
+    With `steering`, ``constant_error`` is None. Raises `TooShortError` for fewer than 32 samples that are not missing.
     """
     name = column.columns[0]
     # Samples may be in a multiple of seconds: the scale of the unit converts them.
@@ -410,7 +411,7 @@ def _steered_phase(column: Recording, name: str, scale: float, times: Array) -> 
     """(phase that a servo has added since the first sample, s, shape (n,); fractional frequency that it set last).
 
     The frequency is the covariate `name` times `scale`, held until the next sample. A missing value is replaced by the
-    previous one, or by the first known one.
+    previous one, or by the first known one. Raises `InputError` if the covariate does not exist or is empty.
     """
     if name not in column.covariates:
         raise InputError(

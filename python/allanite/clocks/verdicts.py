@@ -158,7 +158,10 @@ def _verdict_on_deviation(mask: str, kind: str, limit: Limit, phase: Array, rate
 
 
 def _measured_deviation(kind: str, limit: Limit, phase: Array, rate: float) -> Deviation:
-    """TDEV or MTIE of a phase (s) at ten τ per decade in the range of the limit, and where its formula changes."""
+    """TDEV or MTIE of a phase (s) at ten τ per decade in the range of the limit, and where its formula changes.
+
+    Raises `TooShortError` if no averaging time of the limit fits into the record.
+    """
     estimator = getattr(deviation, kind)
     low, high = limit.span
     longest = phase.size / (3.0 if kind == "tdev" else 1.0)

@@ -359,7 +359,8 @@ def units_of(recordings: Sequence[Recording], *, named: bool = False) -> dict[st
 
     Columns belong to one axis if their units of measurement are equal and their names differ only in numbers. The name
     of the axis has ``#`` for each number: ``gyro#_x``. With `named`, the user chose the columns; if no names belong
-    together, all columns then count as units of one axis.
+    together, all columns then count as units of one axis. A board without an axis has no entry in its list. Raises
+    `InputError` if no axis has two units.
     """
     groups: dict[tuple[str, str], list[list[str]]] = {}
     for place, one in enumerate(recordings):

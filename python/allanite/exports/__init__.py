@@ -130,7 +130,10 @@ def export(
 
 
 def axes_named(axes: Sequence[Axis], column: str | Sequence[str] | None) -> list[Axis]:
-    """List of the axes with the given names or indices from 0, in that order; all axes for None or an empty sequence."""
+    """List of the axes with the given names or indices from 0, in that order; all axes for None or an empty sequence.
+
+    Raises `InputError` for an unknown name or index.
+    """
     names = [column] if isinstance(column, str) else column or []
     known = [axis.name for axis in axes]
     return [axes[find_column(name, known)] for name in names] or list(axes)

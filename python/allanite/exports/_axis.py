@@ -103,7 +103,10 @@ class Axis:
     turn_on: Mapping[str, Any] | None = None
 
     def origin(self) -> dict[str, object]:
-        """Dict for JSON on the source of the numbers: `source`, `warning`, `notes`, `assumptions`."""
+        """Dict for JSON on the source of the numbers: `source`, `warning`, `notes`, `assumptions`.
+
+        ``warning`` is None if there is no warning.
+        """
         return {
             "source": self.source,
             "warning": self.warning or None,

@@ -35,6 +35,7 @@ class FittedParameter:
 
     `value` is a list for a parameter with several numbers, and a text for the name of a column. Only a single number
     has a 95 % `interval`, whose ends may be None. If the parameter was not `detected`, the upper end is an upper limit.
+    `unit` is empty if the source does not state it.
     """
 
     value: float | str | list[float] | None = None

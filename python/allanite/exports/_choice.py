@@ -24,6 +24,7 @@ def choose(axis: Axis, *, overbound: bool = False, simulator: bool = False) -> N
     """`NoiseParameters` with the N and K that a file of a filter, or of a `simulator`, states for an axis.
 
     They follow the whole model, cover its upper limits (`overbound`), or are the fitted ones (`Axis.as_fitted`).
+    `overbound` takes precedence over `Axis.as_fitted`, and both over `simulator`.
     """
     if overbound:
         return overbound_walk(axis)

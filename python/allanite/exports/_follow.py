@@ -229,7 +229,10 @@ def quality(axis: Axis, choice: NoiseParameters) -> Quality:
 
 
 def followed_model(axis: Axis, *, simulator: bool = False) -> FollowedModel:
-    """`FollowedModel` of an axis for a filter, or for a `simulator`."""
+    """`FollowedModel` of an axis for a filter, or for a `simulator`.
+
+    A coefficient that was not detected is 0.64 times its upper limit in its models.
+    """
     return FollowedModel(
         axis.expected_model,
         axis.slow_model,

@@ -116,7 +116,10 @@ def _nees_sentences(pairs: Sequence[Pair]) -> list[str]:
 
 
 def _short_log_sentences(axes: Sequence[Axis]) -> list[str]:
-    """Sentences about slow effects that a log was too short to detect: a tenth of its length is below 100 s."""
+    """Sentences about slow effects that a log was too short to detect: a tenth of its length is below 100 s.
+
+    Axes whose numbers are assumptions are skipped.
+    """
     of: dict[tuple[str, float], list[str]] = {}
     for axis in axes:
         if axis.assumptions or axis.until >= HORIZON:

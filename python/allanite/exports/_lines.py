@@ -50,7 +50,11 @@ def _axis_with_largest(
 
 
 def largest_number(pairs: Sequence[tuple[Axis, NoiseParameters]], name: str) -> tuple[float, str]:
-    """Pair (value, remark): the largest N or K (`name`) of the axes, and a text that names the axis with this value."""
+    """Pair (value, remark): the largest N or K (`name`) of the axes, and a text that names the axis with this value.
+
+    The text begins with the remark on the number, if there is one. It does not name a single axis. Raises `InputError`
+    unless the value is positive.
+    """
     axis, choice = _axis_with_largest(pairs, name)
     value = getattr(choice, name)
     if not value > 0.0:

@@ -35,7 +35,10 @@ def plain(text: object, max_length: int = MAX_LENGTH) -> str:
 
 
 def _wrap_comment(line: str, begin: str) -> list[str]:
-    """The line as lines that begin with `begin`, broken between words; later lines are indented by four more spaces."""
+    """The line as lines that begin with `begin`, broken between words; later lines are indented by four more spaces.
+
+    An empty line gives only `begin`. No line is longer than `LINE_LENGTH` unless a word is.
+    """
     indent = line[: len(line) - len(line.lstrip())]
     return textwrap.wrap(
         line,

@@ -53,7 +53,10 @@ def triads_of(
     choose: Callable[[Axis], NoiseParameters],
     names: Sequence[str],
 ) -> Triads:
-    """`Triads` with the attributes `names` of the `NoiseParameters` that ``choose(axis)`` returns for each axis."""
+    """`Triads` with the attributes `names` of the `NoiseParameters` that ``choose(axis)`` returns for each axis.
+
+    A sensor without axes has no entry. Raises `InputError` for an axis of another kind of sensor.
+    """
     found = Triads([], {}, [])
     for own, label in zip(gyro_and_accel_axes(axes), labels, strict=True):
         if own:

@@ -35,7 +35,7 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
 
     K also covers other slow processes. With `overbound`, N and K cover B as well. Each of x, y and z has its own
     numbers, and 0 for an effect that only other axes have. If no axis of a sensor needs B or K, MATLAB's default 0
-    holds.
+    holds. Raises `InputError` if `rate` is None and the axes have no common rate.
     """
     fs = rate_of(axes, rate, "matlab")
     convention = [*NOTE]
@@ -121,7 +121,10 @@ def _has_other_slow_noise(axis: Axis) -> bool:
 
 
 def _remarks_text(pairs: Sequence[tuple[Axis, NoiseParameters]], name: str) -> str:
-    """Remarks on N, B or K (`name`), to append to a comment; a remark that does not hold for all axes names its axes."""
+    """Remarks on N, B or K (`name`), to append to a comment; a remark that does not hold for all axes names its axes.
+
+    The text begins with ``; ``, and is empty without remarks.
+    """
     of: dict[str, list[str]] = {}
     for axis, choice in pairs:
         of.setdefault(choice.remark(name), []).append(axis.name)

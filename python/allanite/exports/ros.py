@@ -23,7 +23,8 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
 
     Filters that read the message treat samples as independent. Therefore the variance is N²·rate plus the variance of
     spectral lines, noise bands and slow noise. White noise behind a low-pass filter counts without this filter, because
-    it averages out as slowly. A comment states the variance within the band of the filter, if it is over 1 % smaller.
+    it averages out as slowly. A comment states the variance within the band of the filter, if it is over 1 % smaller. A
+    sensor without axes has no line. Raises `InputError` if `rate` is None and the axes have no common rate.
     """
     fs = rate_of(axes, rate, "ros")
     sensors = gyro_and_accel_axes(axes)

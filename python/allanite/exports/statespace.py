@@ -23,7 +23,8 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
     """JSON text ``allanite/state_spaces/1`` with the state space of each axis, and the error of its reduction.
 
     A state space has at most 8 states if that is possible. The coefficient of a random process that was not detected is
-    0.64 of its 95 % limit. With `overbound`, every random process has its upper limit.
+    0.64 of its 95 % limit. With `overbound`, every random process has its upper limit. Raises `InputError` if `rate` is
+    None and the axes have no common rate.
     """
     fs = rate_of(axes, rate, "statespace")
     out = []

@@ -58,7 +58,11 @@ def _call_in_child(
     watch: Callable[[], None] | None,
     **more: Any,
 ) -> Any:
-    """Return value of ``function(path, options, **more)`` , called in a child process with the options as a dict."""
+    """Return value of ``function(path, options, **more)``, called in a child process with the options as a dict.
+
+    `watch`, if given, is called every 20 ms; an exception that it raises ends the call. Raises `InputError` if the log
+    cannot be used, or if the child process crashes or reaches a limit of time or memory.
+    """
     try:
         seconds = SECONDS + SECONDS_PER_BYTE * path.stat().st_size
     except OSError:

@@ -38,8 +38,8 @@ def deviation_unit(sample_unit: str, chosen: str | None) -> str:
 def shown_unit(parameter: Parameter, value: Estimate, sample_unit: str, chosen: str | None) -> str:
     """Name of the unit in which a value is displayed: `chosen` replaces `sample_unit` in the unit of the value.
 
-    `SHEET` stands for the unit of data sheets. The value keeps its unit if it cannot be converted, or samples are
-    dimensionless.
+    `SHEET` stands for the unit of data sheets. The value keeps its unit if `chosen` is None, if the samples are
+    dimensionless, or if the value cannot be converted.
     """
     if chosen is None or not value.unit.startswith(sample_unit) or sample_unit == "1":
         return value.unit
@@ -60,7 +60,10 @@ def factor_of(value: Estimate, shown: str) -> float:
 
 
 def parse_model_string(text: str) -> Model:
-    """`Model` from a model string of at most 2000 characters; files are never opened."""
+    """`Model` from a model string of at most 2000 characters; files are never opened.
+
+    Raises `InputError` for an empty, longer or invalid text.
+    """
     from allanite.effects.strings import parse_string
 
     if not 0 < len(text) <= 2000:
@@ -93,7 +96,10 @@ def with_value(model: Model, place: int, name: str, value: float | None, held: b
 def with_limits(
     model: Model, place: int, name: str, low: float | None, high: float | None
 ) -> Model:
-    """Copy of the model with limits `low` and `high` of a parameter of the effect at index `place`; None is no limit."""
+    """Copy of the model with limits `low` and `high` of a parameter of the effect at index `place`; None is no limit.
+
+    Raises `InputError` if there is no such effect.
+    """
     return model.replaced(place, limits={**effect_at(model, place).limits, name: (low, high)})
 
 

@@ -131,7 +131,10 @@ class Job:
         }
 
     def _run(self, work: Callable[[Job], None]) -> None:
-        """Call `work` with this job in its thread, and end its turn (`take_turn`); a failure is stored in `error`."""
+        """Call `work` with this job in its thread, and end its turn (`take_turn`); a failure is stored in `error`.
+
+        `Ended`, which a canceled job raises, ends the work without an error.
+        """
         try:
             with while_wanted(lambda: not self._stop.is_set()):
                 work(self)

@@ -46,7 +46,10 @@ def _integer_of(request: dict[str, Any], name: str) -> int:
 
 
 def _number_of(request: dict[str, Any], name: str) -> float | None:
-    """Float in the key `name` of a request of the browser; None if it is missing or an empty text."""
+    """Float in the key `name` of a request of the browser; None if it is missing or an empty text.
+
+    Raises `InputError` if it is no number.
+    """
     value = request.get(name)
     if value is None or value == "":
         return None
@@ -57,7 +60,10 @@ def _number_of(request: dict[str, Any], name: str) -> float | None:
 
 
 def _text_of(request: dict[str, Any], name: str) -> str | None:
-    """Text of up to 2000 characters in the key `name` of a request of the browser; None if it is missing or empty."""
+    """Text of up to 2000 characters in the key `name` of a request of the browser; None if it is missing or empty.
+
+    Raises `InputError` for a longer text or another type.
+    """
     value = request.get(name)
     if value is None or value == "":
         return None
@@ -107,7 +113,8 @@ def _analyze_part(tab: Tab, request: dict[str, Any]) -> None:
 def _time_range(tab: Tab, request: dict[str, Any]) -> Segment | None:
     """Time range ``from`` … ``to`` of a request, in s from the start of the whole log; None without a start or end.
 
-    The keys count from the start of the analyzed part, and the range is limited to this part.
+    The keys count from the start of the analyzed part, and the range is limited to this part. Raises `InputError` if
+    nothing of it remains.
     """
     start, end = _number_of(request, "from"), _number_of(request, "to")
     if start is None or end is None:
@@ -138,7 +145,10 @@ def _include_segment(tab: Tab, request: dict[str, Any]) -> None:
 
 
 def _read_with_rate(tab: Tab, request: dict[str, Any]) -> None:
-    """Start a job that reads the log again with the ``rate`` (Hz) of the request, even if the log contradicts it."""
+    """Start a job that reads the log again with the ``rate`` (Hz) of the request, even if the log contradicts it.
+
+    Raises `InputError` for a recording that was passed in Python.
+    """
     source, rate = tab.source, _number_of(request, "rate")
     if source is None or tab.source_index is None or rate is None:
         raise InputError("Give a rate, in Hz")
@@ -149,7 +159,10 @@ def _read_with_rate(tab: Tab, request: dict[str, Any]) -> None:
 
 
 def _read_moving_log(tab: Tab, request: dict[str, Any]) -> None:
-    """Start a job that reads again a log that was refused because it is mostly motion: its quiet segment, or all of it."""
+    """Start a job that reads again a log that was refused because it is mostly motion.
+
+    The key ``how`` of the request is ``"quiet"`` (longest quiet segment) or ``"anyway"`` (all of the log).
+    """
     source, how = tab.source, _text_of(request, "how")
     if source is None or tab.source_index is None or how not in ("quiet", "anyway"):
         raise InputError('Choose the part of the log: "quiet" or "anyway"')

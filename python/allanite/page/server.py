@@ -205,7 +205,10 @@ class _TabHandlers:
         return await run_in_threadpool(state, tab)
 
     async def upload(self, request: Request) -> Any:
-        """Dict with the state of the tab after a log or data sheet was uploaded; a file that is not accepted is deleted."""
+        """Dict with the state of the tab after a log or data sheet was uploaded; a file that is not accepted is deleted.
+
+        Raises `_UploadTooLargeError` above the permitted size, and `InputError` if the file cannot be used.
+        """
         tab, uploads = self.sessions.tab(request), self.sessions.uploads
         name = check_name(request.query_params.get("name", ""))
         path = uploads.new_path(name)

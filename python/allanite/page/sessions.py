@@ -52,7 +52,10 @@ class Sessions:
         return key
 
     def copy(self, key: str) -> str:
-        """Key of a new tab that starts with a copy of another tab and resumes its canceled job."""
+        """Key of a new tab that starts with a copy of another tab and resumes its canceled job.
+
+        Raises `InputError` if the other tab no longer exists or has no open log.
+        """
         other = self.tabs.get(key)
         if other is None or other.open_work is None:
             raise InputError("This tab no longer exists and cannot be copied")
@@ -72,7 +75,10 @@ class Sessions:
             tab.cancel()
 
     def resume(self, key: str) -> None:
-        """Connect a reloaded page with its tab again, and start the job that was canceled."""
+        """Connect a reloaded page with its tab again, and start the job that was canceled.
+
+        Raises `InputError` if the tab no longer exists, or if no page has left it.
+        """
         tab = self.tabs.get(key)
         if tab is None or not tab.has_left:
             raise InputError("This tab no longer exists and cannot be resumed")

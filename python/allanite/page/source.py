@@ -123,7 +123,10 @@ class Source:
         return recording if reading.output_unit is None else recording.to(reading.output_unit)
 
     def inspect(self, reading: Reading) -> dict[str, Any]:
-        """Dict of `inspect_in_child` for this log, with its name instead of its path."""
+        """Dict of `inspect_in_child` for this log, with its name instead of its path.
+
+        Raises `InputError` for a recording without a file.
+        """
         if self.path is None:
             raise InputError(f"{self.name} was passed as a recording: there is no file to inspect")
         with about(self.name, instead=self.path):
@@ -138,7 +141,10 @@ class Source:
 
 
 def check_name(name: str) -> str:
-    """The given name of an uploaded file, unchanged; raises `InputError` unless it is a plain, visible file name."""
+    """The given name of an uploaded file, unchanged.
+
+    Raises `InputError` for a path, for a hidden or empty name, and for over 200 characters.
+    """
     if not name or len(name) > 200 or _FORBIDDEN.search(name) or name.startswith("."):
         shown = name[:80]
         raise InputError(
@@ -198,7 +204,10 @@ def merged_segments(stretches: Iterable[Segment]) -> tuple[Segment, ...]:
 
 
 def part_of(whole: Recording, span: Segment | None, out: tuple[Segment, ...]) -> Recording:
-    """`Recording` of the part `span` (s; None is all) of a log, in which the samples of the segments `out` are missing."""
+    """`Recording` of the part `span` (s; None is all) of a log, in which the samples of the segments `out` are missing.
+
+    Raises `InputError` if fewer than 64 samples remain.
+    """
     part = whole if span is None else whole.trim(*span)
     begin = 0.0 if span is None else max(span[0], 0.0)
     if out:

@@ -63,7 +63,10 @@ def state(tab: Tab) -> dict[str, Any]:
 
 
 def _log_entries(tab: Tab, now: Work | None) -> dict[str, Any]:
-    """Entries of `state` about the logs, the open recording and its axes; `now` is the work on it, or None."""
+    """Entries of `state` about the logs, the open recording and its axes; `now` is the work on it, or None.
+
+    Entries about the open recording are None or empty if `now` is None.
+    """
     source = tab.source
     return {
         "problem": tab.problem,
@@ -84,7 +87,10 @@ def _log_entries(tab: Tab, now: Work | None) -> dict[str, Any]:
 def _model_entries(
     tab: Tab, now: Work | None, column: int, step: Step | None, preview: Fit | None
 ) -> dict[str, Any]:
-    """Entries of `state` about the model of the current step; a `preview` with trial values replaces its fit."""
+    """Entries of `state` about the model of the current step; a `preview` with trial values replaces its fit.
+
+    All entries are None or empty without a step or an open log.
+    """
     if step is None or now is None:
         empty: dict[str, Any] = {"chips": [], "chip_units": [], "tray": [], "model": None}
         return {**empty, "preview": None, "discrepancy": None}
@@ -268,7 +274,11 @@ def _excluded_text(work: Work) -> str:
 
 
 def _recording_record(tab: Tab) -> dict[str, Any]:
-    """Dict that describes the open recording: columns, units, duration, analyzed part, findings of its audit if done."""
+    """Dict that describes the open recording: columns, units, duration, analyzed part, findings of its audit.
+
+    ``audit`` has the findings on the current column and on the whole log. It is empty until the audit is finished
+    (``audited``).
+    """
     now = tab.work
     column, whole = tab.log, now.recording
     every = whole.audit if now.audited else []

@@ -26,7 +26,10 @@ MOST = 100
 
 
 def study_document(tab: Tab) -> dict[str, Any]:
-    """Dict of the steps of all columns for a file: models with values, without samples."""
+    """Dict of the steps of all columns for a file: models with values, without samples.
+
+    Columns without steps are left out. Raises `InputError` if the current column has no step.
+    """
     _ = tab.step
     source, work = tab.source, tab.work
     assert source is not None
@@ -75,7 +78,10 @@ def _model_document(fit: Fit) -> dict[str, Any]:
 
 
 def open_study(tab: Tab, document: Any) -> None:
-    """Start a job that fits the models of a saved study to the open log, column by column and step by step."""
+    """Start a job that fits the models of a saved study to the open log, column by column and step by step.
+
+    Raises `InputError` if the document is not a study, is damaged or belongs to other columns, or if no log is open.
+    """
     if not isinstance(document, dict) or document.get("schema") != SCHEMA:
         raise InputError("Not a study: choose a JSON file saved from this page")
     work = tab.work
@@ -130,7 +136,11 @@ def _checked_segment(said: Any) -> Segment:
 def _axis_of_document(
     axis: dict[str, Any], columns: tuple[str, ...]
 ) -> tuple[int, list[Any], list[str], int, list[Effect]]:
-    """Tuple (column index, models, labels, index of the current step, removed effects) of one axis of a saved study."""
+    """Tuple (column index, models, labels, index of the current step, removed effects) of one axis of a saved study.
+
+    An invalid index of the current step is replaced by that of the last step. Raises `InputError` for an unknown column
+    or effect, or unless there are 1 to 100 steps.
+    """
     name, saved_steps, at = axis["column"], axis["ladder"], axis["at"]
     if name not in columns:
         raise InputError(f"The study contains column {str(name)[:40]!r}, which this log lacks")

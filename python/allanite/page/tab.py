@@ -31,7 +31,10 @@ class Tab(TabState):
     """A browser tab: its state and the operations on it. Results are shown as soon as they are available."""
 
     def _refit(self, label: str, name: str, make: Callable[[], Rung]) -> None:
-        """Start the job `name`, which calls `make`, adds the result as a step called `label`, and checks it."""
+        """Start the job `name`, which calls `make`, adds the result as a step called `label`, and checks it.
+
+        Raises `InputError` if another job of the user runs.
+        """
         column = self.column
 
         def work(job: Job) -> None:
@@ -53,14 +56,21 @@ class Tab(TabState):
         )
 
     def add(self, number: int) -> None:
-        """Start a job that adds the suggestion at index `number` of the check to the model, and fits the model."""
+        """Start a job that adds the suggestion at index `number` of the check to the model, and fits the model.
+
+        Raises `InputError` if there is no such suggestion, or for a second effect of a kind that a model can have only
+        once.
+        """
         step = self.step
         if step.check is None or not 0 <= number < len(step.check.suggestions):
             raise InputError("This suggestion no longer exists: see the updated list")
         self._fit_with(step.check.suggestions[number].effect)
 
     def add_by_name(self, text: str) -> None:
-        """Start a job that adds one effect, given by its name or as a model string with values, and fits the model."""
+        """Start a job that adds one effect, given by its name or as a model string with values, and fits the model.
+
+        Raises `InputError` if the text is invalid or names several effects.
+        """
         model = parse_model_string(text)
         if len(model) != 1:
             raise InputError("Add one effect at a time, or enter a whole model")
@@ -74,7 +84,10 @@ class Tab(TabState):
         self._fit_with(tray[place])
 
     def _fit_with(self, effect: Effect) -> None:
-        """Start a job that fits the current model with one more effect."""
+        """Start a job that fits the current model with one more effect.
+
+        Raises `InputError` for a second effect of a kind that a model can have only once.
+        """
         fit = self.step.fit
         name = fit.display_name(effect)
         if type(effect).single and any(e.kind == effect.kind for e in fit.model):
@@ -82,7 +95,11 @@ class Tab(TabState):
         self._refit(f"+ {name}", f"Adding {name}", lambda: Rung(fit.add(effect), effect))
 
     def remove(self, place: int) -> None:
-        """Start a job that removes the effect at index `place` from the model and fits the rest; `restore` undoes it."""
+        """Start a job that removes the effect at index `place` from the model and fits the rest.
+
+        `restore` can add the effect again, unless another effect of its kind is left. Raises `InputError` if there is
+        no effect at this index, or if it is the only effect of the model.
+        """
         fit = self.step.fit
         effect = effect_at(fit.model, place)
         if len(fit.model) == 1:
@@ -162,7 +179,10 @@ class Tab(TabState):
         names = self.work.recording.columns
 
         def work(job: Job) -> None:
-            """Improve the models of the columns one after the other; a column without a fit gets its first model before."""
+            """Improve the models of the columns one after the other; a column without a fit gets its first model before.
+
+            If `columns` is None (only the current column), raises `InputError` if no effect helps.
+            """
             for i, column in enumerate(work_on):
                 job.columns, job.column = tuple(work_on[i:]), column
                 before = "" if columns is None else f"{names[column]} ({i + 1} of {len(work_on)}): "
@@ -203,7 +223,10 @@ class Tab(TabState):
             self.append_step(job, Step(" ".join(rung.changes), rung), column)
 
     def set_tolerance(self, tolerance: float | None) -> None:
-        """Set the model discrepancy in % below which a model is accepted; None to require an adequate model."""
+        """Set the model discrepancy in % below which a model is accepted; None to require an adequate model.
+
+        Raises `InputError` unless it lies in (0, 100].
+        """
         if tolerance is not None and not 0.0 < tolerance <= 100.0:
             raise InputError("The accepted model discrepancy must lie between 0 and 100 %")
         self.tolerance = tolerance
@@ -256,7 +279,11 @@ class Tab(TabState):
         return True
 
     def _undo_or_redo(self, by: int, otherwise: str) -> None:
-        """Undo (`by` = −1) or redo (+1) a change of the model, or else a selection of a part of the log; cancels a job."""
+        """Undo (`by` = −1) or redo (+1) a change of the model, or else a selection of a part of the log.
+
+        A running job is canceled, trial values are discarded, and a missing check is started. Raises `InputError` with
+        the message `otherwise` if there is nothing to undo or redo.
+        """
         with self.lock:
             if self.busy:
                 self.cancel()

@@ -163,7 +163,10 @@ class TabState:
 
     @contextmanager
     def changing(self, job: Job) -> Iterator[None]:
-        """Context manager in which a job changes the state of the tab; holds the lock and then increases `version`."""
+        """Context manager in which a job changes the state of the tab; holds the lock and then increases `version`.
+
+        Raises `Ended` if the job was canceled.
+        """
         with self.lock, job.uncancelable():
             yield
             self.version += 1
@@ -176,7 +179,10 @@ class TabState:
             self.version += 1
 
     def append_step(self, job: Job, step: Step, column: int) -> None:
-        """Add `step` after the current step of a column, and make it the current one; later steps are dropped."""
+        """Add `step` after the current step of a column, and make it the current one; later steps are dropped.
+
+        Raises `Ended` if the job was canceled.
+        """
         cache_results(step.fit)
         with self.changing(job):
             column_steps = self.board.columns[column]
@@ -236,7 +242,8 @@ class TabState:
 
         An open log is not read again unless `reading` has new options, which discard earlier results. `found` is its
         recording, if it was already read. `column` is the column to show; by default the last viewed one. Errors of
-        reading are stored in `problem`.
+        reading are stored in `problem`. Raises `InputError` if there is no such log or column. `column` is only
+        possible for an open log, without `reading` and `found`.
         """
         if not 0 <= place < len(self.sources):
             raise InputError(f"There is no log {place}")
@@ -300,7 +307,10 @@ class TabState:
         self._audit.start()
 
     def analyze_part(self, part: Part) -> None:
-        """Start a job that analyzes a part of the log, starting from the current models; a running job is canceled."""
+        """Start a job that analyzes a part of the log, starting from the current models; a running job is canceled.
+
+        Raises `InputError` if fewer than 64 samples remain, or if no log is open.
+        """
         found = part_of(self.work.whole, *part)
 
         def work(job: Job) -> None:

@@ -145,7 +145,10 @@ def tau_spans(fit: Fit) -> tuple[Span, ...]:
 
 
 def spectrum_spans(fit: Fit, worst: tuple[float, float] | None) -> tuple[Span, ...]:
-    """The shaded frequency range `worst` (Hz) in which the model fails, if any, with the ratio of its worst bin."""
+    """The shaded frequency range `worst` (Hz) in which the model fails; empty for None.
+
+    Its text states the ratio measured/model of the frequency bin in this range with the largest |z|.
+    """
     if worst is None:
         return ()
     low, high = fit.data.bins.limits(fit.data.rate)
@@ -470,7 +473,8 @@ def _line_frequencies(
 def _merged_bins(count: Array) -> tuple[NDArray[np.int64], Array]:
     """(index of the first bin, degrees of freedom) of each plotted point, because a screen cannot resolve all bins.
 
-    `count` has the degrees of freedom of each bin. A point has at least 4 degrees of freedom, if possible.
+    `count` has the degrees of freedom of each bin. A point has at least 4 degrees of freedom, unless all bins together
+    have fewer.
     """
     cells = cells_of(count.size)
     first, total = [0], 0.0

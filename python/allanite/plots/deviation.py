@@ -102,7 +102,8 @@ def plot_stability(
     """`Figure`: several deviations of one record with intervals, guide lines for noise slopes, and a table of the values.
 
     The deviations have one unit. The first six are drawn; the table has all. The subtitle names the `recording`. The
-    figure is written to `path` (SVG, PNG or PDF) if given.
+    figure is written to `path` (SVG, PNG or PDF) if given. With `path`, raises `InputError` for another suffix, for a
+    folder that does not exist, or without matplotlib.
     """
     deviations = [in_figure_unit(one) for one in deviations]
     first = deviations[0]

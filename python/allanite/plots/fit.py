@@ -87,7 +87,7 @@ def _fit_figure(
 
 
 def _time_panels(check: Check) -> tuple[Panel, ...]:
-    """Panel with means of the samples over time, and one with the logged column that the missing effect follows.
+    """Panel with means of the samples over time, and one with the logged column that the missing effect follows, if any.
 
     The time range in which the model fails is shaded, and the first missing effect that is a slow function of time is
     drawn. Empty if there is neither, for summaries, and if over 10 % of the samples are missing.

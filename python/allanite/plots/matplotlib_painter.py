@@ -140,7 +140,10 @@ def draw(
     size: tuple[float, float] | None = None,
     style: str = "screen",
 ) -> Any:
-    """``matplotlib.figure.Figure`` of a figure; `size` in inches, None for that of the style."""
+    """``matplotlib.figure.Figure`` of a figure; `size` in inches, None for that of the style.
+
+    Raises `InputError` for an unknown theme or style, or if matplotlib is not installed.
+    """
     if style not in STYLES:
         raise InputError(f"unknown style {style!r}: {', '.join(STYLES)}")
     form = STYLES[style]
@@ -278,7 +281,10 @@ def _table_in_blocks(table: str, letters: int) -> str:
 
 
 def _apply_sizes(canvas: Any, form: Style) -> None:
-    """Set the sizes of letters, lines and points of a canvas to those of a style, in place."""
+    """Set the sizes of letters, lines and points of a canvas to those of a style, in place.
+
+    Nothing is changed if ``form.points`` is None (the style for the screen).
+    """
     if form.points is None:
         return
     from matplotlib.collections import LineCollection
@@ -349,7 +355,10 @@ def _draw_texts(canvas: Any, figure: Figure, look: Theme, form: Style) -> tuple[
 
 
 def _with_subscript(text: str) -> dict[str, Any]:
-    """Matplotlib properties `text` and `parse_math`: the y of σ_y becomes a subscript; all else stays literal."""
+    """Matplotlib properties `text` and `parse_math`: the y of σ_y becomes a subscript; all else stays literal.
+
+    A text with a $ stays literal as a whole.
+    """
     if "σ_y" not in text or "$" in text:
         return {"text": text, "parse_math": False}
     return {"text": text.replace("σ_y", r"$\sigma_y$"), "parse_math": True}
@@ -367,7 +376,10 @@ def _legend_columns(labels: list[str], letters: float) -> int:
 
 
 def _legend_symbol(mark: Mark, look: Theme) -> Any:
-    """Matplotlib artist of a mark's symbol in the legend: patch, marker or line."""
+    """Matplotlib artist of a mark's symbol in the legend: patch, marker or line.
+
+    Raises `TypeError` for a mark without a legend entry.
+    """
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 

@@ -36,7 +36,10 @@ GAP_BELOW_LABEL = 0.17
 
 
 def paint(figure: Figure, theme: str = "light") -> dict[str, Any]:
-    """Arguments ``{"data": […], "layout": {…}}`` of ``Plotly.newPlot``: plain numbers, lists and texts; no NaN."""
+    """Arguments ``{"data": […], "layout": {…}}`` of ``Plotly.newPlot``: plain numbers, lists and texts.
+
+    NaN is replaced by None.
+    """
     look = theme_of(theme)
     layout: dict[str, Any] = {
         "paper_bgcolor": look.ground,
@@ -369,7 +372,10 @@ class _PanelPainter:
 
 
 def _band_outline(band: Band) -> tuple[Any, Any]:
-    """(x, y) of the outline of a band: a closed polygon for each range without NaN, separated by NaN."""
+    """(x, y) of the outline of a band: a closed polygon for each range without NaN, separated by NaN.
+
+    Both are empty lists if the band has no finite values.
+    """
     pieces = band.gap_free_ranges()
     x: list[Any] = []
     y: list[Any] = []

@@ -27,7 +27,10 @@ def text_anchor(middle: float, width: float) -> tuple[float, str]:
 
 
 def _freeze_arrays(thing: object, *names: str) -> None:
-    """Convert the named fields of an object to read-only float arrays of equal shape, in place; None stays None."""
+    """Convert the named fields of an object to read-only float arrays, in place; None stays None.
+
+    Raises `InputError` unless the arrays have equal shapes.
+    """
     sizes = set()
     for name in names:
         value = getattr(thing, name)

@@ -121,7 +121,10 @@ def _bar_colors(steps: int) -> tuple[str, ...]:
 def _bar_panel(
     label: str, names: tuple[str, ...], values: list[float | None], guide: float | None, column: int
 ) -> Panel:
-    """`Panel` of bars for one error measure, one bar (or ``–``) per step; `guide` is the position of a dashed line."""
+    """`Panel` of bars for one error measure, one bar (or ``–``) per step; `guide` is the position of a dashed line.
+
+    None in `values` gives ``–``. Names are shown in column 0 only.
+    """
     numbers = np.array([np.nan if v is None else v for v in values], dtype=float)
     texts = tuple("–" if v is None else number(v) for v in values)
     marks: list[Mark] = [Bars(numbers, texts, _bar_colors(len(values)))]

@@ -32,6 +32,7 @@ def plot_time(check: Check, path: str | Path | None = None, theme: str = "light"
     """`Figure`: heat map of measured divided by expected power, by time and octave band; significant cells are framed.
 
     A record that is too short for a map has a note instead. The figure is written to `path` (SVG, PNG or PDF) if given.
+    With `path`, raises `InputError` for another suffix, for a folder that does not exist, or without matplotlib.
     """
     fit = check.fit
     panel = _map_panel(check.where.time, check.where.worst_time, fit.data.duration)

@@ -168,7 +168,10 @@ class Report:
 
 
 def checked_format(path: Path, interactive: bool = False) -> str:
-    """Format of a report, ``"html"`` or ``"markdown"``, from the suffix of its path; also tests if it can be written."""
+    """Format of a report, ``"html"`` or ``"markdown"``, from the suffix of its path; also tests if it can be written.
+
+    Raises `InputError` for another suffix, for Markdown if `interactive`, or if the file cannot be written.
+    """
     kind = SUFFIXES.get(path.suffix.lower())
     if kind is None:
         raise InputError(f"{path}: a report's name must end in .html or .md")

@@ -27,7 +27,10 @@ METHOD = (
 
 
 def report_sections(report: Report) -> list[tuple[str, list[Block]]]:
-    """(name of a column or ``""``, blocks): all parts of a report, in the order of the page."""
+    """(name of a column or ``""``, blocks): all parts of a report, in the order of the page.
+
+    Raises the error of the first column that fails.
+    """
     several = len(report.entries) > 1
     overview = overview_blocks(report.axes) if several and report.axes is not None else []
     ending = [Heading("All columns", 2)] if several else []

@@ -131,7 +131,10 @@ def _axis_cells(entry: Entry) -> tuple[str, ...]:
 
 
 def _export_sentence(report: Report) -> str:
-    """For inertial sensors, how to write a filter's file, and why its N and K can be larger than in the table."""
+    """How to write a filter's file, and why its N and K can be larger than in the table, if they cover other effects.
+
+    Empty unless the sensor is inertial.
+    """
     recording = report.entries[0].recording
     if parse_unit(recording.unit).kind not in ("angular rate", "acceleration"):
         return ""

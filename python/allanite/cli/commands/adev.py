@@ -183,7 +183,10 @@ def _measured_columns(
 
 
 def _measured_in_chunks(log: str, file: Path, taus: str, options: LogOptions) -> list[_Measured]:
-    """Overlapping Allan deviation, with a diagnostic, of each column of a log that is read in chunks."""
+    """Overlapping Allan deviation, with a diagnostic, of each column of a log that is read in chunks.
+
+    Raises `InputError` if `taus` states 0 or too many averaging times per decade.
+    """
     from allanite.readers.long_log import summary_of_log
 
     per_octave = 1

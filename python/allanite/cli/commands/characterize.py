@@ -187,7 +187,11 @@ def _write_documents(
 def _working_recordings(
     working: str | None, options: LogOptions, at_rest: Sequence[Recording]
 ) -> list[Recording]:
-    """Recordings of the --working log (motors running), one for each sampling rate; not trimmed, motion allowed."""
+    """Recordings of the --working log (motors running), one for each sampling rate; not trimmed, motion allowed.
+
+    Empty without --working. Raises `InputError` or `TooShortError` if the columns cannot be compared with those of
+    `at_rest`.
+    """
     from allanite.axes.working import check_working
 
     if working is None:

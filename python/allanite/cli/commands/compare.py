@@ -145,7 +145,10 @@ def _is_log(item: str) -> bool:
 
 
 def _datasheet_comparisons(columns: list[Any], datasheet: str, model: str) -> list[Any]:
-    """Fitted coefficients of each column against a data sheet; columns that the sheet does not cover are skipped."""
+    """Fitted coefficients of each column against a data sheet; columns that the sheet does not cover are skipped.
+
+    Raises `InputError` if no column is left.
+    """
     from allanite.comparison.datasheet import compare_datasheet, with_figures
     from allanite.effects.files import parse_model
     from allanite.sources.datasheet import read_datasheet

@@ -105,7 +105,10 @@ def command(
 
 
 def _units_of(unit: str | None, models: tuple[str, ...]) -> list[str | None]:
-    """Unit (or None) of the samples of each model, from the text of --unit: one for all, or one per model."""
+    """Unit (or None) of the samples of each model, from the text of --unit: one for all, or one per model.
+
+    Raises `InputError` for any other number of units.
+    """
     units = unit.split(",") if unit else [None]
     if len(units) == 1:
         return [units[0]] * len(models)

@@ -126,7 +126,10 @@ def command(
 
 
 def _effect_to_find(text: str, unit: str | None) -> Effect | str:
-    """Effect that the text of --find names, in the unit of the model; the name of a file unchanged."""
+    """Effect that the text of --find names, in the unit of the model; the name of a file unchanged.
+
+    Raises `InputError` if the text is not exactly one effect, or if the effect has a unit and the model has none.
+    """
     from allanite.effects.strings import parse_with_units
     from allanite.sources import is_source_file
 

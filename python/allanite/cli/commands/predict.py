@@ -136,6 +136,7 @@ def _models_to_predict(
 
     With a log, the columns are those of the log, and a model without values is first fitted to each. A coefficient that
     was not detected gets 0.64 times its 95 % limit. With `overbound`, every noise coefficient gets its upper limit.
+    Without a log, raises `InputError` if unit or rate is missing.
     """
     from allanite.exports import model_of_expected_size
     from allanite.recording.samples import find_column

@@ -151,7 +151,8 @@ def _simulate_all_axes(
     """Simulated `Recording` of every axis in a file of `allanite characterize --save`; prints the effects it omits.
 
     The logged columns of `log`, such as a temperature, drive the effects that depend on them. If neither `duration` nor
-    `samples` is given, the length, and the rate unless given, are those of this log.
+    `samples` is given, the length, and the rate unless given, are those of this log. Raises `InputError` if `path` is
+    another kind of file, or if `log` has no logged column.
     """
     from allanite.axes.twin import twin
     from allanite.readers import read

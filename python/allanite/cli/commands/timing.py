@@ -110,7 +110,10 @@ def _phase_and_corrections(
 
 
 def _print_three_cornered_hat(logs: tuple[str, ...], options: LogOptions) -> None:
-    """Print the Allan deviation of each clock of one log, whose columns are the clocks."""
+    """Print the Allan deviation of each clock of one log, whose columns are the clocks.
+
+    Raises `InputError` for several logs.
+    """
     from allanite.clocks import three_cornered_hat
 
     if len(logs) > 1:

@@ -109,7 +109,8 @@ def command(
 def _output_unit_and_factor(unit: str, requested: str | None) -> tuple[str, float]:
     """(unit of the results, factor by which the samples are multiplied to get this unit).
 
-    Lengths (m, cm, mm, um, nm) can be converted to each other, as can times (s, ms, us, ns).
+    Lengths (m, cm, mm, um, nm) can be converted to each other, as can times (s, ms, us, ns). Without `requested`, the
+    unit stays and the factor is 1. Raises `InputError` for any other pair of different units.
     """
     if requested is None or requested == unit:
         return unit, 1.0

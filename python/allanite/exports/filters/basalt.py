@@ -18,7 +18,7 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
 
     Basalt multiplies N by √rate to get the standard deviation of a sample. ``dicrete_time_gyro_noise_std`` is
     std·√imu_update_rate, and a random walk over dt has the variance std²·dt (basalt/calibration/calibration.hpp,
-    basalt/linearization/imu_block.hpp).
+    basalt/linearization/imu_block.hpp). Raises `InputError` if `rate` is None and the axes have no common rate.
     """
     update = rate_of(axes, rate, "basalt")
     found = triads_of(axes, ("gyro", "accel"), partial(choose, overbound=overbound), ("N", "K"))

@@ -21,7 +21,8 @@ UNITS = {"Gyroscope": ("rad/s", "rad/s^2"), "Accelerometer": ("m/s^2", "m/s^3")}
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
     """Text of a MATLAB script that calls factorIMUParameters with N² and K² of x, y and z in SI.
 
-    MATLAB's factorIMU multiplies N² by the rate for a sample, and K² by the time between nodes.
+    MATLAB's factorIMU multiplies N² by the rate for a sample, and K² by the time between nodes. A rate below 100 Hz
+    adds a remark. Raises `InputError` if `rate` is None and the axes have no common rate.
     """
     fs = rate_of(axes, rate, "factorimu")
     convention = [

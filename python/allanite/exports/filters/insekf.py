@@ -21,6 +21,7 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
     """Text of a MATLAB script: K² as process noise of the bias states, N²·rate as measurement noise, for x, y and z.
 
     A prediction of insEKF over dt adds dt·AdditiveProcessNoise. The measurement noise is the variance of a sample.
+    Raises `InputError` if `rate` is None and the axes have no common rate.
     """
     fs = rate_of(axes, rate, "insekf")
     convention = [

@@ -84,7 +84,8 @@ def _density_lines(
 def kalibr(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
     """Text of imu.yaml: noise density is N and random walk is K in SI, as in "IMU Noise Model" of Kalibr's wiki.
 
-    There, the standard deviation of a sample is N/√dt, and of a bias step K·√dt. Kalibr refuses values of 0.
+    There, the standard deviation of a sample is N/√dt, and of a bias step K·√dt. Kalibr refuses values of 0. If `rate`
+    is None, the update rate is the highest rate of the axes. Raises `InputError` without any rate.
     """
     logged = sorted({axis.rate for axis in axes if axis.rate is not None})
     # N and K hold at any rate. A driver that merges two topics publishes at the rate of the faster one.
@@ -100,7 +101,8 @@ def openvins(axes: Sequence[Axis], rate: float | None, *, overbound: bool = Fals
     """Text of kalibr_imu_chain.yaml, which ``relative_config_imu`` names: YAML 1.0 with N and K below ``imu0``.
 
     The loader also reads the rotation ``T_i_b``, ``model`` and the calibration matrices
-    (ov_core/utils/opencv_yaml_parse.h, ov_msckf/core/VioManagerOptions.h).
+    (ov_core/utils/opencv_yaml_parse.h, ov_msckf/core/VioManagerOptions.h). Raises `InputError` if `rate` is None and
+    the axes have no common rate.
     """
     update = rate_of(axes, rate, "openvins")
     matrices = "".join(
@@ -124,7 +126,8 @@ def kimera(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
     """Text of ImuParams.yaml of Kimera-VIO: N and K, and the other keys that ImuFrontendParams.cpp reads.
 
     ImuFrontend.cpp squares the densities for GTSAM (MIT-SPARK 293b4ff). The file selects preintegration type 1. The
-    combined factor (type 0) adds the identity to the covariance of the bias, and no parameter changes this.
+    combined factor (type 0) adds the identity to the covariance of the bias, and no parameter changes this. Raises
+    `InputError` if `rate` is None and the axes have no common rate.
     """
     update = rate_of(axes, rate, "kimera")
     convention = "Kimera-VIO: continuous-time, two-sided densities. The program squares them for GTSAM's preintegration."
@@ -140,7 +143,10 @@ def kimera(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
 
 
 def cuvslam(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
-    """Text of a YAML file for the node of Isaac ROS: N and K in Kalibr's units (see cuvslam.h), and the sampling rate."""
+    """Text of a YAML file for the node of Isaac ROS: N and K in Kalibr's units (see cuvslam.h), and the sampling rate.
+
+    Raises `InputError` if `rate` is None and the axes have no common rate.
+    """
     fs = rate_of(axes, rate, "cuvslam")
     numbers = _density_lines(
         axes,
@@ -202,7 +208,8 @@ def orbslam3(axes: Sequence[Axis], rate: float | None, *, overbound: bool = Fals
     """Text of YAML lines for ORB-SLAM3 with N and K, and the sampling rate, rounded to an integer.
 
     ORB-SLAM3 itself multiplies N by √frequency and divides K by √frequency. Its loader refuses a frequency that is not
-    an integer, and noises that are not written as real numbers.
+    an integer, and noises that are not written as real numbers. Raises `InputError` if `rate` is None and the axes have
+    no common rate.
     """
     fs = rate_of(axes, rate, "orbslam3")
     convention = "ORB-SLAM3: continuous-time, two-sided densities. The program applies sqrt(IMU.Frequency) itself."

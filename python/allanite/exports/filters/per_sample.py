@@ -81,6 +81,7 @@ def _variance_target(
     """`Target` of a YAML file with N²·rate and K²·rate, for a filter that adds dt²·Q per sample.
 
     The lines `convention` of its head are formats with the sampling rate ``fs``. `node` is the text above the numbers.
+    Rendering raises `InputError` if its `rate` is None and the axes have no common rate.
     """
     what = {"N": "variance per sample", "K": "variance of a bias step over dt^2"}
     rows = [(key, *of, f"({UNITS[of]})^2, {what[of[1]]}") for key, of in keys.items()]
@@ -116,7 +117,8 @@ def vins(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -
     """Text of lines ``key: value`` for VINS-Mono and VINS-Fusion: N·√(2·rate) and K·√rate.
 
     The midpoint rule of integration_base.h averages two independent noises per step. The variance of a step is then
-    n²dt²/2, which gives n = N√(2/dt). A bias step is w·dt, which gives w = K/√dt.
+    n²dt²/2, which gives n = N√(2/dt). A bias step is w·dt, which gives w = K/√dt. Raises `InputError` if `rate` is None
+    and the axes have no common rate.
     """
     fs = rate_of(axes, rate, "vins")
     what = {"N": "deviation per sample times sqrt(2)", "K": "deviation of a bias step over dt"}

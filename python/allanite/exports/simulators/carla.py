@@ -17,7 +17,8 @@ from allanite.exports._triad import triads_of
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
     """Text of a Python file: dict of blueprint attributes with the standard deviation of a sample, N·√rate, of x, y and z.
 
-    InertialMeasurementUnit.cpp adds white noise and a constant bias.
+    InertialMeasurementUnit.cpp adds white noise and a constant bias. Raises `InputError` if `rate` is None and the axes
+    have no common rate.
     """
     fs = rate_of(axes, rate, "carla")
     convention = [

@@ -18,7 +18,8 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
     """Text of an ``<imu>`` element of SDF with white noise and a Gauss-Markov bias for each of x, y and z.
 
     ``stddev`` is N·√rate. ``dynamic_bias_stddev`` is the density q_c of the noise that drives the bias, and
-    ``bias_stddev`` is σ of the bias.
+    ``bias_stddev`` is σ of the bias. A sensor without axes is left out. Raises `InputError` if `rate` is None and the
+    axes have no common rate.
     """
     fs = rate_of(axes, rate, "gazebo")
     convention = [

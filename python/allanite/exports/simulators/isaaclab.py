@@ -15,7 +15,8 @@ from allanite.exports._text import as_comments
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
     """Text of a Python file: N·√rate for a sample, and σ of the Gauss-Markov process for the bias; largest of the axes.
 
-    The simulator draws the bias at each reset (noise_model.py, 046b71b).
+    The simulator draws the bias at each reset (noise_model.py, 046b71b). A sensor without axes is left out. Raises
+    `InputError` if `rate` is None and the axes have no common rate.
     """
     fs = rate_of(axes, rate, "isaaclab")
     pairs = []

@@ -176,7 +176,8 @@ def _value_record(
 ) -> dict[str, Any]:
     """Dict of one value of an effect, as texts for the page, in the unit `shown`: value, 95 % interval, limits, and flags.
 
-    `over_all` is the interval over all equally good models, in the unit of `own`; None if not known.
+    `over_all` is the interval over all equally good models, in the unit of `own`; None if not known. A value that is
+    not detected has the text ``< limit``, except times and frequencies.
     """
     value = own.to(shown)
     role = effect.parameter(name).role

@@ -91,7 +91,11 @@ def _open_sheet(tab: Tab, source: Source) -> None:
 
 
 def compare_with(tab: Tab, source: Source) -> None:
-    """Add the columns of a log to the comparison with the current column, each named "log column": ``b.csv gyro_x``."""
+    """Add the columns of a log to the comparison with the current column, each named "log column": ``b.csv gyro_x``.
+
+    A column whose name is already compared is not added. Raises `InputError` if the rate or unit of the log is not
+    known, or if no log is open.
+    """
     _ = tab.log
     try:
         other = source.read(source.reading)
@@ -109,7 +113,10 @@ def compare_with(tab: Tab, source: Source) -> None:
 
 
 def sheet_rows(tab: Tab) -> dict[str, Any] | None:
-    """Comparison of model and data sheet: its ``name``, ``rows`` of texts, ``remarks``; None without both."""
+    """Comparison of model and data sheet: its ``name``, ``rows`` of texts, ``remarks``; None without both.
+
+    ``rows`` is empty if the data sheet has no value for this kind of sensor.
+    """
     if tab.sheet is None or not tab.column_steps.steps:
         return None
     from allanite.comparison.datasheet import compare_datasheet
@@ -134,7 +141,10 @@ def sheet_rows(tab: Tab) -> dict[str, Any] | None:
 def generated_file(
     tab: Tab, name: str, theme: str, options: Mapping[str, str] | None = None
 ) -> GeneratedFile:
-    """`GeneratedFile` with this name: a figure or its values, the study, an export, a temperature law, or the report."""
+    """`GeneratedFile` with this name: a figure or its values, the study, an export, a temperature law, or the report.
+
+    Raises `InputError` if the name is unknown, or if there is nothing to write yet.
+    """
     from allanite.exports import TARGETS
 
     path = Path(name)
@@ -173,7 +183,10 @@ def _figure_file(
 
 
 def _export_file(tab: Tab, target: Target) -> GeneratedFile:
-    """`GeneratedFile` with the models of all fitted columns in the format `target`; its note names the other columns."""
+    """`GeneratedFile` with the models of all fitted columns in the format `target`; its note names the other columns.
+
+    Raises `InputError` if no column is fitted.
+    """
     from allanite.exports import export
 
     fits = [s.fit for column_steps in tab.board.columns if (s := column_steps.step) is not None]
@@ -207,7 +220,11 @@ def _missing_columns_note(tab: Tab) -> str:
 
 
 def _report_file(tab: Tab) -> GeneratedFile:
-    """`GeneratedFile` with the HTML report on the steps of each column up to the current one; notes other columns."""
+    """`GeneratedFile` with the HTML report on the steps of each column up to the current one.
+
+    Columns without a fit or a finished check are left out and named in the note. Raises `InputError` if no column is
+    left.
+    """
     from allanite.report import Entry, Report
 
     entries, open_ = [], []

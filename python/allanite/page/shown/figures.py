@@ -67,7 +67,10 @@ MAX_DOTS = 300
 
 
 def figure_of(tab: Tab, name: str, options: Mapping[str, str] | None = None) -> Figure:
-    """`Figure` of a view in the displayed units, with the colors that effects have on this page."""
+    """`Figure` of a view in the displayed units, with the colors that effects have on this page.
+
+    Raises `InputError` for an unknown view, or if the view needs a fit or check that does not exist yet.
+    """
     if name not in VIEWS:
         raise InputError(f"Unknown view {name[:40]!r}: one of {', '.join(VIEWS)}")
     with requested_units(chosen_units(tab.log.unit, tab.unit)):
@@ -177,7 +180,11 @@ def _zoomed_panels(
 
 
 def _map_figure(tab: Tab, _: Mapping[str, str]) -> Figure:
-    """`Figure` of a color map of measured over expected power, and of one that shows only the worst frequency range."""
+    """`Figure` of a color map of measured over expected power, by time and octave of frequency.
+
+    A second map below shows only the frequency range that the model fits worst. It is left out if `failing_range_panel`
+    returns None, or if the record is too short. Raises `InputError` before the check is finished.
+    """
     check = tab.step.check
     if check is None:
         raise InputError("The map is being computed …")
@@ -285,7 +292,10 @@ def samples_figure(
 
 
 def _time_range(log: Recording, options: Mapping[str, str]) -> tuple[float, float]:
-    """Pair (start, end) of the options in s, limited to the record; by default all of it."""
+    """Pair (start, end) of the options in s, limited to the record; by default all of it.
+
+    Raises `InputError` if an option is no number, or if the range is empty.
+    """
     try:
         start = float(options.get("from") or 0.0)
         end = float(options.get("to") or log.duration)
@@ -464,7 +474,10 @@ def max_outside_by_chance(points: int) -> int:
 
 
 def _positive_option(options: Mapping[str, str], name: str, otherwise: float) -> float:
-    """Positive float below 1e9 that `options` has under `name`; `otherwise` if it is missing or empty."""
+    """Positive float below 1e9 that `options` has under `name`; `otherwise` if it is missing or empty.
+
+    Raises `InputError` for any other number or text.
+    """
     try:
         value = float(options.get(name) or otherwise)
     except ValueError:

@@ -41,7 +41,10 @@ def thermal_calibration(recording: Recording, unit: str | None = None) -> Therma
 
 
 def thermal_figure(tab: Tab, _: Mapping[str, str]) -> Figure:
-    """`Figure` of the temperature law of the current axis, and of its Allan deviation before and after the correction."""
+    """`Figure` of the temperature law of the current axis, and of its Allan deviation before and after the correction.
+
+    Raises `InputError` if the log has no temperature.
+    """
     found = thermal_calibration(tab.log, figure_unit(tab.log.unit, samples=True))
     (axis,) = found.axes
     figure = found.plot()
@@ -51,7 +54,11 @@ def thermal_figure(tab: Tab, _: Mapping[str, str]) -> Figure:
 
 
 def average_figure(tab: Tab, _: Mapping[str, str]) -> Figure:
-    """`Figure` of the Allan deviation of the average of the current axis and the compared logs, and of the weights."""
+    """`Figure` of the Allan deviation of the average of the current axis and the compared logs, and of the weights.
+
+    Compared columns with the name of the axis are averaged; without any, all columns of the same kind of sensor. Raises
+    `InputError` without such a column.
+    """
     if not tab.others:
         raise InputError("Averaging needs another log: add one with Compare")
     own = tab.log

@@ -40,7 +40,10 @@ POINTS = 24
 
 
 def page_data(tab: Tab, name: str, options: Mapping[str, str] | None = None) -> Any:
-    """Data for JSON that the page requests by `name`: a key of `_PARTS`, or ``table-VIEW`` for the values of a view."""
+    """Data for JSON that the page requests by `name`: a key of `_PARTS`, or ``table-VIEW`` for the values of a view.
+
+    Raises `InputError` if the name is unknown, or if something that the data need is missing.
+    """
     if name.startswith("table-"):
         view = name.removeprefix("table-")
         if view not in VIEWS:
@@ -102,7 +105,10 @@ def _all_effects(tab: Tab, _: Mapping[str, str]) -> list[dict[str, Any]]:
 
 
 def _inspected_columns(tab: Tab, _: Mapping[str, str]) -> dict[str, Any]:
-    """What the reader finds in the open log without the user's choices, and units to choose for each kind of sensor."""
+    """What the reader finds in the open log without the user's choices, and units to choose for each kind of sensor.
+
+    Raises `InputError` if no log is open, or for a recording without a file.
+    """
     source = tab.source
     if source is None:
         raise InputError("No log is open: drop a file or choose one")
@@ -117,7 +123,10 @@ def _inspected_columns(tab: Tab, _: Mapping[str, str]) -> dict[str, Any]:
 
 
 def _common_properties(tab: Tab, _: Mapping[str, str]) -> dict[str, Any]:
-    """Dict of the common properties of the axes: agreement of models, shared noise, and lines found on several axes."""
+    """Dict of the common properties of the axes: agreement of models, shared noise, and lines found on several axes.
+
+    Raises `InputError` for fewer than two fitted axes.
+    """
     from allanite.axes.words import common_form_sentences, shared_effect_sentences
 
     names = tab.work.recording.columns
@@ -157,7 +166,10 @@ def _export_verdict(tab: Tab, options: Mapping[str, str]) -> dict[str, Any]:
 
 
 def _acceptance_results(tab: Tab, _: Mapping[str, str]) -> dict[str, Any] | None:
-    """Acceptance test: name of the sheet, `_axis_acceptance` of every checked axis, and remarks; None without a sheet."""
+    """Acceptance test: name of the sheet, `_axis_acceptance` of every checked axis, and remarks; None without a sheet.
+
+    Raises `InputError` if the sheet has no values for the checked axes.
+    """
     if tab.sheet is None:
         return None
     axes, remarks = [], dict[str, None]()

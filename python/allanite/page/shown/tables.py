@@ -23,7 +23,8 @@ MOST = 4000
 def tables_of(figure: Figure, fit: Fit | None, unit: str) -> list[dict[str, Any]]:
     """Tables of a figure, each a dict with ``title``, ``head`` and ``rows``.
 
-    The Allan curve of the displayed `fit` gives one table with model and residuals, whose deviations are in `unit`.
+    The Allan curve of the displayed `fit` gives one table with model and residuals, whose deviations are in `unit`. All
+    other figures give the tables of `_tables_of_marks`.
     """
     if fit is not None and figure.kind == "fit" and figure.panels[0].title == "Allan deviation":
         return [_curve_table(fit, unit)]

@@ -86,7 +86,11 @@ def differences(tab: Tab) -> dict[str, Any] | None:
 
 
 def _value_rows(one: Fit, two: Fit, unit: str | None, places: list[int]) -> Iterator[Row]:
-    """Yield (name, texts, remark) for each fitted parameter of two models; `texts` has ``–`` if a model lacks it."""
+    """Yield (name, texts, remark) for each fitted parameter of two models; `texts` has ``–`` if a model lacks it.
+
+    The remark names the step if only one has the parameter. It is empty for equal texts. Otherwise, it is the ratio of
+    two detected values, or ``Detected in one`` if only one is.
+    """
     first, second = _displayed_values(one, unit), _displayed_values(two, unit)
     for key in [*first, *(k for k in second if k not in first)]:
         a, b = first.get(key), second.get(key)

@@ -31,7 +31,10 @@ UNITS = ("rad/s", "deg/s", "deg/h", "m/s^2", "mg", "ug")
 def view(
     tab: Tab, name: str, theme: str, options: Mapping[str, str] | None = None
 ) -> dict[str, Any]:
-    """Dict of the view `name` in the displayed units; see `_view`."""
+    """Dict of the view `name` in the displayed units; see `_view`.
+
+    Raises `InputError` if the view or theme is unknown, or if there is nothing to show.
+    """
     with requested_units(chosen_units(tab.log.unit, tab.unit)):
         return _view(tab, name, theme, options)
 
