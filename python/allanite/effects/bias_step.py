@@ -12,6 +12,9 @@ from numpy.typing import NDArray
 from allanite import _kernels
 from allanite.effects._declared import Array, Columns, texts_for_clocks
 from allanite.effects._event import HEIGHT, TIME, Event, step_ordinates
+from allanite.effects.excursion import Excursion
+from allanite.effects.transient import Transient
+from allanite.effects.transition import Transition
 
 #: Minimum squared norm of the difference of two steps, relative to that of the largest step. Smaller differences are
 #: rounding errors.
@@ -67,8 +70,6 @@ class BiasStep(Event):
 
         The height and the time constant of the transient have no values.
         """
-        from allanite.effects.transient import Transient
-
         return () if self.time is None else (Transient(time=self.time),)
 
     @classmethod
@@ -114,8 +115,6 @@ def best_excursion(
     """
     from scipy.fft import dct, dst
 
-    from allanite.effects.excursion import Excursion
-
     places = residual.size + 1
     j = np.arange(1, places)
     # Steps at m/places of the record (see `regressor_ordinates`): sums over sines are sine transforms.
@@ -154,8 +153,6 @@ def best_transition(
     residual most. Begin and end are all pairs of at most 1023 equally spaced times.
     """
     from scipy.fft import dct
-
-    from allanite.effects.transition import Transition
 
     places = residual.size + 1
     j = np.arange(1, places)

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from allanite.effects._declared import Array, Columns, texts_for_clocks
 from allanite.effects._event import HEIGHT, START_AND_END, Away, Event, step_ordinates
+from allanite.effects.transient import Transient
 
 
 @dataclass(frozen=True)
@@ -47,8 +48,6 @@ class Excursion(Away):
 
     def extended(self) -> tuple[Event, ...]:
         """Tuple with one transient, which jumps where the excursion starts and then decays back; empty without a start."""
-        from allanite.effects.transient import Transient
-
         return () if self.start is None else (Transient(time=self.start),)
 
     def shape_error(self, name: str, variance: float, duration: float) -> float:

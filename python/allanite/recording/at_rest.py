@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from allanite.common.errors import InputError, TooShortError
 from allanite.common.numbers import percent_text
-from allanite.recording import Recording
 from allanite.recording.findings import Finding
 from allanite.recording.motion import MAX_MOVING_SHARE, MAX_TILT, MIN_TURNS, Motion
+
+if TYPE_CHECKING:
+    from allanite.recording.recording import Recording
 
 
 def quiet_span(recording: Recording) -> tuple[float, float]:

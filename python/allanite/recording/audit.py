@@ -10,7 +10,7 @@ import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from itertools import pairwise
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +18,6 @@ from numpy.typing import NDArray
 from allanite.common.arrays import Array, runs_of
 from allanite.common.numbers import number, percent_text
 from allanite.common.units import coefficient_unit
-from allanite.recording import Recording
 from allanite.recording.at_rest import motion_findings
 from allanite.recording.coarse_column import coarse_step_of
 from allanite.recording.copies import copies_of
@@ -28,6 +27,9 @@ from allanite.recording.locked import locked_of
 from allanite.recording.repeats import longest_run
 from allanite.recording.resolution import step_of, two_codes
 from allanite.recording.tails import CENSORED_SHARES, outlier_limit, tail_of
+
+if TYPE_CHECKING:
+    from allanite.recording.recording import Recording
 
 #: Maximum share of LSB²/12 in the white variance for which noise and rounding add: LSB = 1.9 σ of the samples. In
 #: simulations, N² differs from the sum by up to 3 % at LSB = 2 σ of the noise before rounding, whatever its mean. The

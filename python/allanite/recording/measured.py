@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from allanite.common.numbers import percent_text
 from allanite.recording.findings import Finding, stamp_findings
-from allanite.recording.recording import Recording
 from allanite.recording.repeats import polling_of
 from allanite.recording.resolution import step_of
+
+if TYPE_CHECKING:
+    from allanite.recording.recording import Recording
 
 #: Codes that loggers write for "no data": ends of signed and unsigned integers, in units of the least step.
 TYPE_ENDS = frozenset(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,8 +13,10 @@ from scipy.ndimage import median_filter
 
 from allanite.common.arrays import Array, runs_of
 from allanite.common.units import ACCELERATION, ANGULAR_RATE, SI_UNITS, parse_unit
-from allanite.recording import Recording
 from allanite.recording.axis_names import axis_letter
+
+if TYPE_CHECKING:
+    from allanite.recording.recording import Recording
 
 #: Averaging time, s: long enough to average white noise, short enough to keep motion.
 AVERAGING_TIME = 0.2

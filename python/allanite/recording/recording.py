@@ -19,6 +19,7 @@ from allanite.common.units import rate_unit
 from allanite.common.validation import positive_rate, require_quantity, sample_index
 from allanite.recording import samples as arrays
 from allanite.recording.findings import Finding, stamp_findings
+from allanite.recording.measured import measured_samples
 from allanite.recording.record import Record
 from allanite.recording.samples import (
     column_names,
@@ -301,8 +302,6 @@ class Recording(Record):
         the changes.
         """
         if self._measured is None:
-            from allanite.recording.measured import measured_samples
-
             found = measured_samples(self)
             self._set_fields(_measured=True if found is self else found)
             if found is not self:
