@@ -10,7 +10,7 @@ HEAD = """# Log formats and parameter files
 ## Logs
 
 Any delimited text file is read, with or without a header, also packed by gzip. These formats are recognized by their
-suffix or by their first lines:
+suffix, by their first lines, or by the files in a folder:
 
 | format | suffixes | columns |
 |---|---|---|
@@ -31,8 +31,9 @@ def write(page: Path) -> None:
     """Write the page with one row for each log format and each parameter file."""
     text = HEAD
     for one in sorted(FORMATS, key=lambda f: f.title.lower()):
-        suffixes = ", ".join(f"`{s}`" for s in one.suffixes) or "any; by its first lines"
-        text += f"| {one.title} | {suffixes} | {one.reads} |\n"
+        suffixes = [*(f"`{s}`" for s in one.suffixes), *(["a folder"] if one.log_in else [])]
+        files = ", ".join(suffixes) or "any; by its first lines"
+        text += f"| {one.title} | {files} | {one.reads} |\n"
     text += EXPORTS
     for target in TARGETS.values():
         text += f"| `{target.name}` | {target.title} | `{target.file_name}` |\n"

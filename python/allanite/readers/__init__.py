@@ -29,7 +29,6 @@ from allanite.readers.frame import Log, is_frame, table_of
 from allanite.readers.packed import is_packed, member, unpacked
 from allanite.readers.plausibility import raw_count_findings
 from allanite.readers.texts._lines import is_utf16, rewritten, utf16_lines
-from allanite.readers.topics import rosbag
 from allanite.readers.unit_names import no_unit_findings
 from allanite.recording import Recording, find_column
 from allanite.recording.findings import Finding
@@ -292,19 +291,17 @@ def _time_and_unit(table: Table, layout: Layout, options: ReadOptions) -> tuple[
 def read_table(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:
     """Table with the picked columns of a log of any format; compressed logs are unpacked first.
 
-    A folder is a ROS 2 bag or a EuRoC data set. `pick` gets a table with the first rows of all columns; readers that
-    read all columns anyway do not call it. Raises `InputError` for a missing, empty or damaged file, and for `topics`
-    of a format without topics. Raises `TooShortError` for a log without rows.
+    A folder is read by the format that finds its log there (`LogFormat.log_in`). `pick` gets a table with the first rows
+    of all columns; readers that read all columns anyway do not call it. Raises `InputError` for a missing, empty or
+    damaged file, for a folder without a known log, and for `topics` of a format without topics. Raises `TooShortError`
+    for a log without rows.
     """
     if path.is_dir():
-        if (path / "metadata.yaml").exists():
-            return rosbag.read(path, pick, topics)
-        # The layout of the EuRoC data set: mav0/imu0/data.csv.
-        inside = [path / part / "data.csv" for part in (".", "imu0", "mav0/imu0")]
-        found = next((file for file in inside if file.is_file()), None)
-        if found is not None:
-            return read_table(found, pick, topics)
-        raise InputError("a directory without a known log: give the path of a log file")
+        found = FORMATS.of_folder(path)
+        if found is None:
+            raise InputError("a directory without a known log: give the path of a log file")
+        own, log = found
+        return _table_by(own, path, pick, topics) if log == path else read_table(log, pick, topics)
     try:
         size = path.stat().st_size
     except FileNotFoundError:
@@ -331,6 +328,13 @@ def read_table(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:
             return read_table(inner, pick, topics)
     if log_format is None and (log_format := FORMATS.of_head(head_of(path))) is not None:
         require_memory(MEMORY_PER_BYTE * size, f"a log of {bytes_text(size)}")
+    return _table_by(log_format, path, pick, topics)
+
+
+def _table_by(
+    log_format: LogFormat | None, path: Path, pick: Picker, topics: Sequence[str]
+) -> Table:
+    """`Table` of a log in this format, or as delimited text without one; for `pick` and errors see `read_table`."""
     if not topics:
         table = (text.read if log_format is None else log_format.read)(path, pick)
     elif log_format is not None and log_format.has_topics:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 from allanite.common.errors import InputError
@@ -29,6 +30,9 @@ class LogFormat:
     recognizes : callable, optional
         ``recognizes(head)`` is true if the first bytes of a text log have this format, whatever its suffix. Exactly one
         format may recognize a log.
+    log_in : callable, optional
+        ``log_in(folder)`` is the log of this format in a folder: a file in it, or the folder if the format reads whole
+        folders; None for other folders.
     magic : tuple of (bytes, str)
         First bytes of a file, and the suffix with which a log from a pipe is stored.
     has_topics : bool
@@ -41,6 +45,7 @@ class LogFormat:
     read: Callable[..., Table]
     suffixes: tuple[str, ...] = ()
     recognizes: Callable[[bytes], bool] | None = None
+    log_in: Callable[[Path], Path | None] | None = None
     magic: tuple[tuple[bytes, str], ...] = ()
     has_topics: bool = False
     reads: str = ""
@@ -66,6 +71,11 @@ class Formats:
         if b"\0" in head:
             return None
         return next((one for one in self if one.recognizes and one.recognizes(head)), None)
+
+    def of_folder(self, folder: Path) -> tuple[LogFormat, Path] | None:
+        """Pair (format, log) of a folder, or None. A format that reads the whole folder takes precedence."""
+        found = [(one, log) for one in self if one.log_in and (log := one.log_in(folder))]
+        return min(found, key=lambda pair: pair[1] != folder, default=None)
 
     @property
     def suffixes(self) -> tuple[str, ...]:

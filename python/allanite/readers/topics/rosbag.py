@@ -209,10 +209,16 @@ def _numbers_in_message(message: Any, prefix: str) -> Iterator[tuple[str, float]
             yield f"{prefix}{field.name}", float(value)
 
 
+def log_in(folder: Path) -> Path | None:
+    """The folder itself if it is a ROS 2 bag, else None."""
+    return folder if (folder / "metadata.yaml").exists() else None
+
+
 FORMAT = LogFormat(
     "ROS bag and MCAP",
     read,
     suffixes=(".bag", ".db3", ".mcap"),
+    log_in=log_in,
     magic=((b"#ROSBAG", ".bag"),),
     has_topics=True,
     reads="one topic of IMU messages, with a temperature",

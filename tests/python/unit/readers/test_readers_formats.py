@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import allanite as al
+from allanite.readers import FORMATS
 
 RNG = np.random.default_rng(12)
 N, RATE = 400, 50.0
@@ -145,6 +146,18 @@ def test_a_euroc_folder(tmp_path):
     for path in (tmp_path / "V1_01", folder, folder.parent):
         r = al.read(path)
         assert (r.rate, r.units) == (pytest.approx(200), ("rad/s", "rad/s", "m/s^2"))
+    with pytest.raises(al.InputError, match="this log has no topics"):
+        al.read(folder, topic="imu")
+
+
+def test_a_folder_is_a_bag_if_it_also_holds_a_table(tmp_path):
+    assert FORMATS.of_folder(tmp_path) is None
+    table = tmp_path / "data.csv"
+    table.touch()
+    assert FORMATS.of_folder(tmp_path)[1] == table
+    (tmp_path / "metadata.yaml").touch()
+    log_format, log = FORMATS.of_folder(tmp_path)
+    assert (log_format.title, log) == ("ROS bag and MCAP", tmp_path)
 
 
 @pytest.mark.slow
