@@ -70,10 +70,10 @@ from allanite.effects import register as register
 from allanite.exports import export as export
 from allanite.fit import Fit as Fit
 from allanite.fit import fit_columns as fit_columns
+from allanite.fit import fit_many as fit_many
 from allanite.fit import fit_model as fit_model
 from allanite.fit.several.columns import Fits as Fits
 from allanite.fit.several.many import ManyFits as ManyFits
-from allanite.fit.several.many import fit_many as fit_many
 from allanite.page import explore as explore
 from allanite.planning import Plan as Plan
 from allanite.planning import Power as Power

@@ -10,7 +10,7 @@ import numpy as np
 from allanite.calibration.forms import design, law_of, with_near_best_evidence
 from allanite.common.parameters import NORMAL
 from allanite.common.showing import brief
-from allanite.fit.likelihood.marginal import joint_amplitudes
+from allanite.fit.marginal import joint_amplitudes
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -58,7 +58,7 @@ def curve_of(fit: Fit, temperature: Array, tried: Sequence[Tried] = ()) -> Curve
     """`Curve` of a fitted law with its simultaneous 95 % band at 101 temperatures over the range of `temperature`, °C.
 
     Laws are drawn at random (seed 0) from the joint distribution of coefficients, lags and widths, over all noise
-    models that agree with the record (`fit.likelihood.marginal`). If several forms have similar evidence, each
+    models that agree with the record (`fit.marginal`). If several forms have similar evidence, each
     contributes laws in proportion to its evidence.
 
     The half-width is the root mean square deviation of random laws at each temperature, times the 95 % quantile of the

@@ -15,10 +15,11 @@ from allanite.common.units import coefficient_unit
 from allanite.effects import Deterministic, Model
 from allanite.fit.covariance import joint_covariance, logl_scale, shape_widening
 from allanite.fit.likelihood.heavy import widened_by_tails
-from allanite.fit.likelihood.marginal import slow_values
 from allanite.fit.likelihood.peaks import is_fitted_to_ordinates
 from allanite.fit.likelihood.random_part import RandomPart
 from allanite.fit.likelihood.whittle import profile_interval
+from allanite.fit.marginal import slow_values
+from allanite.fit.shapes.deterministic import design_of, shape_slope
 from allanite.fit.shapes.matched import FILTER_ORDINATES, matched_gains
 from allanite.fit.shapes.narrow import ordinates_delta_logl
 from allanite.fit.solution import Process, Regressed
@@ -26,7 +27,7 @@ from allanite.fit.solution import Process, Regressed
 if TYPE_CHECKING:
     from allanite.effects import Effect, Parameter
     from allanite.fit.likelihood.data import Data
-    from allanite.fit.likelihood.marginal import Mixture
+    from allanite.fit.marginal import Mixture
     from allanite.fit.solution import Solution
     from allanite.recording import Recording
     from allanite.summary import Summary
@@ -430,8 +431,6 @@ def deterministic_shape_error(
     The derivative of the signal by the shape is projected (by GLS) orthogonal to the regressors. For effects that are not
     slow, e.g. a drifting line, it is also projected orthogonal to the derivatives by the other shapes.
     """
-    from allanite.fit.shapes.deterministic import design_of, shape_slope
-
     here = design_of((effect,), data)
     target = shape_slope(effect, name, here.ordinates, data)
     if target is None:

@@ -15,6 +15,7 @@ from allanite.common.arrays import Array
 from allanite.common.files import write_text
 from allanite.common.former import Former, warn_of_former_name
 from allanite.common.parameters import Estimate
+from allanite.common.showing import html_list, html_table
 from allanite.effects.files import held_and_limits
 from allanite.fit import curve as _curve
 from allanite.fit.covariance import Correlations, correlations, degeneracies
@@ -31,6 +32,9 @@ from allanite.fit.measures import MIN_ADEQUATE_P, Discrepancy, Error, Misfit
 from allanite.fit.missing.completion import complete
 from allanite.fit.models import without_effect
 from allanite.fit.prediction import predict
+from allanite.fit.rivals.alternatives import Rivals, alternatives, rivals
+from allanite.fit.rivals.pairs import alternative_pairs, alternatives_to_pairs
+from allanite.fit.table import fit_table, method_text, misfit_line, parameter_rows
 from allanite.recording.distorted import DISTORTIONS
 from allanite.recording.sensor_names import kind_of_sensor
 
@@ -38,8 +42,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
     from allanite.effects import Effect, Model
-    from allanite.fit.classical.methods import MethodTable
     from allanite.fit.likelihood.data import Data
+    from allanite.fit.methods import MethodTable
     from allanite.fit.rivals.alternatives import Alternative
     from allanite.fit.rivals.pairs import Pair
     from allanite.fit.simulated import SimulatedCheck
@@ -288,16 +292,12 @@ class Fit:
 
     def alternatives(self, place: int) -> tuple[Alternative, ...]:
         """Tuple of `Alternative` fits in which another effect replaces the effect at index `place` of the model; cached."""
-        from allanite.fit.rivals.alternatives import alternatives
-
         return alternatives(self, place)
 
     together = Former("alternative_pairs")
 
     def alternative_pairs(self, place: int) -> tuple[Pair, ...]:
         """Tuple of `Pair`, the highest evidence first: two effects that may replace the one at index `place`; cached."""
-        from allanite.fit.rivals.pairs import alternative_pairs
-
         return alternative_pairs(self, place)
 
     instead_of_two = Former("alternatives_to_pairs")
@@ -309,8 +309,6 @@ class Fit:
         One or two processes of other kinds replace the two. `indices` (int, int) are the places of the replaced effects
         in this fit's model. Models whose evidence is lower by 3 nats or more are omitted. Cached.
         """
-        from allanite.fit.rivals.pairs import alternatives_to_pairs
-
         return alternatives_to_pairs(self)
 
     @cached_property
@@ -350,7 +348,7 @@ class Fit:
 
     def _fit_again(self, model: Model) -> Fit:
         """Fit of another model by the same method; missing samples are completed under the new model."""
-        from allanite.fit import fit_again
+        from allanite.fit.fitting import fit_again
 
         return fit_again(self, model)
 
@@ -413,7 +411,7 @@ class Fit:
 
     def compare_methods(self) -> MethodTable:
         """`MethodTable`: coefficients by Whittle likelihood, least squares and straight lines, with remarks."""
-        from allanite.fit.classical.methods import compare_methods
+        from allanite.fit.methods import compare_methods
 
         return compare_methods(self)
 
@@ -453,8 +451,6 @@ class Fit:
         With `searched` False, alternative explanations of the effects are not searched, and their lists are empty.
         ``adequate`` is False also if quantization limits the recording (`limited_by_quantization`).
         """
-        from allanite.fit.rivals.alternatives import Rivals, rivals
-
         misfit = self.misfit
         return {
             "model": self.model.name,
@@ -491,8 +487,6 @@ class Fit:
         return str(self)
 
     def __str__(self) -> str:
-        from allanite.fit.table import fit_table
-
         return fit_table(self)
 
     def __repr__(self) -> str:
@@ -500,9 +494,6 @@ class Fit:
 
     def _repr_html_(self) -> str:
         """HTML text for notebooks: table of the parameters with their 95 % intervals, and a line on the misfit."""
-        from allanite.common.showing import html_list, html_table
-        from allanite.fit.table import method_text, misfit_line, parameter_rows
-
         r = self.recording
         title = f"{self.model.name} fitted to {r.path or 'recording'} · {r.columns[0]}{method_text(self)}"
         head = ("effect", "parameter", "value", "95 % interval")

@@ -13,7 +13,9 @@ from allanite.common.arrays import Array
 from allanite.common.errors import InputError
 from allanite.common.threads import Pool
 from allanite.fit.estimates import parameter_unit
+from allanite.fit.fitting import fit_model
 from allanite.fit.models import parameter_label
+from allanite.recording import Recording
 from allanite.simulate import simulate
 from allanite.spectrum import bridge_gaps
 
@@ -143,9 +145,6 @@ def _replicate(fit: Fit, seed: int, number: int) -> tuple[float, dict[str, float
 
     `seed` and `number` select the random numbers. Missing samples of the real record are missing here, too.
     """
-    from allanite.fit import fit_model
-    from allanite.recording import Recording
-
     recording, data = fit.recording, fit.data
     missing = np.isnan(np.asarray(recording.rate_samples(), dtype=np.float64))
     # Stream 0 of a seed is used by `fit.simulate(seed=…)`.

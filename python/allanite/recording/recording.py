@@ -15,6 +15,7 @@ from allanite.common.aligned import with_aligned_arrays
 from allanite.common.arrays import Array
 from allanite.common.errors import InputError, about
 from allanite.common.former import Former
+from allanite.common.showing import recording_html
 from allanite.common.units import rate_unit
 from allanite.common.validation import positive_rate, require_quantity, sample_index
 from allanite.recording import samples as arrays
@@ -533,8 +534,6 @@ class Recording(Record):
 
     def _repr_html_(self) -> str:
         """HTML text that shows the recording in notebooks."""
-        from allanite.common.showing import recording_html
-
         return recording_html(self)
 
     def __repr__(self) -> str:

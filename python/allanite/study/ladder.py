@@ -11,9 +11,11 @@ from typing import TYPE_CHECKING, Any
 
 from allanite import _kernels
 from allanite.common.numbers import number
+from allanite.common.showing import html_list, html_table
 from allanite.effects import title_of
 from allanite.fit.rivals.evidence import MAX_RIVAL_LOG_EVIDENCE
 from allanite.fit.rivals.undecided import Undecided, undecided
+from allanite.fit.table import fit_table, undecided_sentence
 from allanite.study.judgement import refusal_reason
 from allanite.suggestion.constants import MAX_ALLAN_ERROR_SCATTERS
 
@@ -310,8 +312,6 @@ class Study:
         return al.plots.plot_study(self, path, theme)
 
     def __str__(self) -> str:
-        from allanite.fit.table import fit_table, undecided_sentence
-
         rows = self.rows()
         wide = max(22, *(len(cells[0]) for cells in rows))
         lines = [
@@ -399,9 +399,6 @@ class Study:
 
     def _repr_html_(self) -> str:
         """HTML table of the steps for notebooks, with the ending and the last fit."""
-        from allanite.common.showing import html_list, html_table
-        from allanite.fit.table import undecided_sentence
-
         head = (
             "step",
             "unexplained misfit",

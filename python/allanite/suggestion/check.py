@@ -13,10 +13,12 @@ from allanite.common.numbers import (
     trials_text,
     with_readable_numbers,
 )
+from allanite.common.showing import html_list, html_table
 from allanite.criticism import Where, criticize
 from allanite.effects import title_of
 from allanite.fit.kept import kept_with_fit
 from allanite.fit.likelihood.whitened import whiten
+from allanite.fit.table import fit_table
 from allanite.suggestion.constants import FALSE_ALARM_PROBABILITY
 from allanite.suggestion.suggest import Suggestion, explain_same_misfit, suggest
 from allanite.suggestion.unexplained_shape import UnexplainedShape, unexplained_shape
@@ -162,8 +164,6 @@ class Check:
         return al.plots.plot_check(self, path, theme)
 
     def __str__(self) -> str:
-        from allanite.fit.table import fit_table
-
         lines = [fit_table(self.fit, remedy="", whole=self.adequate), ""]
         sentences = self.left
         lines += ["where it fails:"] if sentences else [self.nowhere]
@@ -184,8 +184,6 @@ class Check:
 
     def _repr_html_(self) -> str:
         """HTML of the fit, where it fails, and the significant suggestions, or else the best two, for notebooks."""
-        from allanite.common.showing import html_list, html_table
-
         where = self.left or [self.nowhere]
         shown = list(self.significant) or list(self.suggestions[:2])
         rows = [

@@ -26,6 +26,7 @@ from numpy.typing import NDArray
 from allanite import _kernels
 from allanite.common.arrays import Array, runs_of
 from allanite.common.threads import stop_if_unwanted
+from allanite.fit.engine import solve, with_coefficients
 from allanite.fit.likelihood.data import CACHE_BYTES_LOWEST, without_samples
 from allanite.fit.likelihood.expected import column, expected_power
 from allanite.fit.likelihood.remembered import ArrayCache
@@ -362,8 +363,6 @@ def complete_and_fit(
     nats. If the fit then has a discrepancy, up to 8 rounds follow whose draws have the power estimated in each bin instead
     of that of the model. `start` is a fit to `data` that were completed under another model.
     """
-    from allanite.fit.engine import solve, with_coefficients
-
     known = all(
         value is not None
         for effect in model

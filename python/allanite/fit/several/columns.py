@@ -11,6 +11,7 @@ from allanite.common.files import write_text
 from allanite.common.former import Former
 from allanite.common.several import Several
 from allanite.fit.result import Fit
+from allanite.fit.several.many import of_fits
 
 if TYPE_CHECKING:
     from allanite.fit.several.many import ManyFits
@@ -37,8 +38,6 @@ class Fits(Several[Fit]):
     @cached_property
     def pooled(self) -> tuple[ManyFits, ...]:
         """Tuple of `ManyFits`: pooled coefficients for each group of at least two columns with the same unit and model."""
-        from allanite.fit.several.many import of_fits
-
         groups: dict[tuple[str, str], list[Fit]] = {}
         for fit in self.values():
             groups.setdefault((fit.recording.unit, fit.model.name), []).append(fit)

@@ -20,7 +20,6 @@ from allanite.common.numbers import number, probability_text
 from allanite.common.parameters import NORMAL, Estimate
 from allanite.common.printing import printed
 from allanite.common.showing import aligned_lines
-from allanite.common.validation import require_recording
 from allanite.effects import Deterministic, Stochastic
 from allanite.effects.sheet_units import in_sheet_unit
 from allanite.fit.estimates import has_interval
@@ -32,9 +31,8 @@ from allanite.fit.table import estimate_cell
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from allanite.effects import Effect, Model
+    from allanite.effects import Model
     from allanite.fit.result import Fit
-    from allanite.recording import Recording
 
 #: p-value below which recordings disagree, and a random-effects mean is reported: the usual 5 % level.
 MIN_AGREEMENT_P = 0.05
@@ -161,55 +159,6 @@ class ManyFits:
         return "\n".join(
             [f"model {fit.model.name}, {units}", "", *aligned_lines(table), "", verdict]
         )
-
-
-def fit_many(
-    recordings: Sequence[Recording] | Recording,
-    model: Model | Effect | str,
-    method: str = "whittle",
-) -> ManyFits:
-    """`ManyFits`: one model fitted to several recordings, with pooled coefficients and tests of agreement.
-
-    Parameters
-    ----------
-    recordings : sequence of Recording, or Recording of several columns
-        Every column counts as a recording. All must have the same unit.
-    model : Model, Effect or str
-    method : {"whittle", "gls", "lines"}
-
-    Returns
-    -------
-    ManyFits
-
-    Raises
-    ------
-    InputError
-        No recordings, or recordings of different units.
-
-    References
-    ----------
-    Hartung, J. & Knapp, G. (2001). Statistics in Medicine 20, 1771: the interval of a mean over recordings that differ.
-    Paule, R. C. & Mandel, J. (1982). J. Res. Natl. Bur. Stand. 87, 377: the spread between them.
-
-    Examples
-    --------
-    One of three units has twice the noise:
-
-    >>> noises = [al.AngleRandomWalk(N=N) for N in (0.1, 0.1, 0.2)]
-    >>> logs = [one.simulate(duration=300, rate=10, seed=k) for k, one in enumerate(noises)]
-    >>> al.fit_many(logs, al.AngleRandomWalk()).agree
-    False
-    """
-    from allanite.fit import fit_model
-    from allanite.recording import Recording
-
-    given = [recordings] if isinstance(recordings, Recording) else list(recordings)
-    for one in given:
-        require_recording(one)
-    columns = [column for recording in given for column in recording]
-    if not columns:
-        raise InputError("no recordings: give at least one")
-    return of_fits([fit_model(column, model, method=method) for column in columns])
 
 
 def of_fits(fits: Sequence[Fit]) -> ManyFits:

@@ -11,7 +11,7 @@ import allanite as al
 import generators as g
 from allanite.fit.engine import solve
 from allanite.fit.estimates import estimates, with_noise_uncertainty
-from allanite.fit.likelihood.marginal import Mixture
+from allanite.fit.marginal import Mixture
 from allanite.fit.solution import Process, Regressed
 
 PARTS = ("N", "K", "SIN(frequency=2.1)", "R", "LEVEL(start=100,end=200,factor=1.5)")

@@ -17,6 +17,7 @@ from allanite.effects import Stochastic, find, standard
 from allanite.effects.sheet_units import in_sheet_unit
 from allanite.fit.classical.lines import read_lines
 from allanite.fit.classical.refit import refit
+from allanite.fit.fitting import fit_model
 from allanite.fit.table import estimate_cell
 
 if TYPE_CHECKING:
@@ -110,8 +111,6 @@ def compare_methods(fit: Fit) -> MethodTable:
     A fit by another method is first repeated by the Whittle likelihood. GLS is omitted if it cannot be used, e.g. with held
     values. Effects without a coefficient have no row.
     """
-    from allanite.fit import fit_model
-
     base = fit if fit.method == "whittle" else fit_model(fit.recording, fit.model)
     try:
         gls: Fit | None = refit(base, "gls")
