@@ -22,6 +22,8 @@ mod runs;
 mod term;
 mod total;
 
+use std::sync::atomic::AtomicBool;
+
 use crate::{Error, Result};
 pub(crate) use process::Kind;
 pub(crate) use term::Term;
@@ -32,10 +34,11 @@ pub(crate) fn variances(
     n: usize,
     factors: &[usize],
     kind: Kind,
+    stop: &AtomicBool,
 ) -> Result<(Vec<f64>, Vec<f64>)> {
     match kind {
-        Kind::Total => total::variances(terms, n, factors),
-        _ => plain::variances(terms, n, factors, kind),
+        Kind::Total => total::variances(terms, n, factors, stop),
+        _ => plain::variances(terms, n, factors, kind, stop),
     }
 }
 
@@ -45,10 +48,11 @@ pub(crate) fn covariance(
     n: usize,
     factors: &[usize],
     kind: Kind,
+    stop: &AtomicBool,
 ) -> Result<(Vec<f64>, Vec<f64>)> {
     match kind {
-        Kind::Total => total::covariance(terms, n, factors),
-        _ => plain::covariance(terms, n, factors, kind),
+        Kind::Total => total::covariance(terms, n, factors, stop),
+        _ => plain::covariance(terms, n, factors, kind, stop),
     }
 }
 
@@ -59,12 +63,13 @@ pub(crate) fn quantiles(
     factor: usize,
     probabilities: &[f64],
     kind: Kind,
+    stop: &AtomicBool,
 ) -> Result<Vec<f64>> {
     if let Some(bad) = probabilities.iter().find(|p| !(**p > 0.0 && **p < 1.0)) {
         return Err(Error::Input(format!("probability {bad} is not between 0 and 1")));
     }
     match kind {
-        Kind::Total => total::quantiles(terms, n, factor, probabilities),
-        _ => plain::quantiles(terms, n, factor, probabilities, kind),
+        Kind::Total => total::quantiles(terms, n, factor, probabilities, stop),
+        _ => plain::quantiles(terms, n, factor, probabilities, kind, stop),
     }
 }

@@ -1,12 +1,14 @@
 //! Covariance of the estimators that use differences at every place of a record: all except the total variance.
 
+use std::sync::atomic::AtomicBool;
+
 use faer::{Mat, Side};
 use rayon::prelude::*;
 
 use super::distribution;
 use super::process::{Kind, Process, Spaced};
 use super::term::{Term, without_white_phase};
-use crate::parallel::pooled;
+use crate::parallel::{check, pooled};
 use crate::{Error, Result};
 
 /// Number of differences per averaging time in the eigenvalue problem, and bounds on their total number. Chosen by
@@ -39,16 +41,19 @@ pub(super) fn variances(
     n: usize,
     factors: &[usize],
     kind: Kind,
+    stop: &AtomicBool,
 ) -> Result<(Vec<f64>, Vec<f64>)> {
     let process = Process::new(terms, n, kind)?;
     let (spaced, counts) = prepared(&process, n, factors, kind)?;
     let waves = process.waves();
     let of_one = |(s, count): (&Spaced, &usize)| {
+        check(stop)?;
         let scale = kind.scale(s.i);
         let square = s.mean_square(s, (*count, *count), &process.kinks, &waves);
-        (s.with(s.i)(0.0) / scale, 2.0 * square / (scale * scale))
+        Ok((s.with(s.i)(0.0) / scale, 2.0 * square / (scale * scale)))
     };
-    pooled(|| spaced.par_iter().zip(&counts).map(of_one).unzip())
+    let found = pooled(|| spaced.par_iter().zip(&counts).map(of_one).collect::<Result<Vec<_>>>())??;
+    Ok(found.into_iter().unzip())
 }
 
 /// Expected variance (k,) and covariance of the estimates (k, k), row by row, at `factors` for records of `n` samples.
@@ -57,6 +62,7 @@ pub(super) fn covariance(
     n: usize,
     factors: &[usize],
     kind: Kind,
+    stop: &AtomicBool,
 ) -> Result<(Vec<f64>, Vec<f64>)> {
     let process = Process::new(terms, n, kind)?;
     let (spaced, counts) = prepared(&process, n, factors, kind)?;
@@ -65,11 +71,12 @@ pub(super) fn covariance(
     let k = factors.len();
     let pairs: Vec<(usize, usize)> = (0..k).flat_map(|a| (a..k).map(move |b| (a, b))).collect();
     let of_two = |&(a, b): &(usize, usize)| {
+        check(stop)?;
         let (low, high) = if factors[a] <= factors[b] { (a, b) } else { (b, a) };
         let sum = spaced[low].mean_square(&spaced[high], (counts[low], counts[high]), &process.kinks, &waves);
-        2.0 * sum / (kind.scale(factors[a]) * kind.scale(factors[b]))
+        Ok(2.0 * sum / (kind.scale(factors[a]) * kind.scale(factors[b])))
     };
-    let values: Vec<f64> = pooled(|| pairs.par_iter().map(of_two).collect())?;
+    let values = pooled(|| pairs.par_iter().map(of_two).collect::<Result<Vec<f64>>>())??;
     let mut matrix = vec![0.0; k * k];
     for (&(a, b), value) in pairs.iter().zip(values) {
         matrix[a * k + b] = value;
@@ -85,8 +92,9 @@ pub(super) fn quantiles(
     factor: usize,
     probabilities: &[f64],
     kind: Kind,
+    stop: &AtomicBool,
 ) -> Result<Vec<f64>> {
-    let (expected, variance) = variances(terms, n, &[factor], kind)?;
+    let (expected, variance) = variances(terms, n, &[factor], kind, stop)?;
     let relative = variance[0] / (expected[0] * expected[0]);
     let slow = without_white_phase(terms);
     let eigenvalues = if slow.is_empty() { Vec::new() } else { weights(&slow, n, factor, kind)? };
@@ -144,7 +152,7 @@ mod tests {
         let factors = [1, 3, 7, 10, 32, 75, 133, 422, 1000, 1900];
         for some in [&lines[..1], &lines[1..2], &lines[..]] {
             let terms = [&smooth[..], some].concat();
-            let (_, found) = variances(&terms, n, &factors, Kind::Allan).unwrap();
+            let (_, found) = variances(&terms, n, &factors, Kind::Allan, &AtomicBool::new(false)).unwrap();
             let process = Process::new(&terms, n, Kind::Allan).unwrap();
             for (&m, found) in factors.iter().zip(found) {
                 let (spaced, count) = (process.spaced(m, 2), Kind::Allan.count(n, m));

@@ -7,13 +7,15 @@
 //! than `MAX_REFLECTED_LENGTH` averaging times, reflection affects only its two ends, and the variance of the overlapping Allan
 //! estimate is used.
 
+use std::sync::atomic::AtomicBool;
+
 use faer::{Mat, Side};
 use rayon::prelude::*;
 
 use super::process::{Kind, Process};
 use super::term::{Term, without_white_phase};
 use super::{distribution, plain};
-use crate::parallel::pooled;
+use crate::parallel::{check, pooled};
 use crate::{Error, Result};
 
 /// Records longer than this many averaging times are treated like the overlapping Allan variance. Chosen by judgment;
@@ -66,7 +68,7 @@ impl Process {
 }
 
 /// Error if a factor is too long for the record.
-fn check(n: usize, factors: &[usize]) -> Result<()> {
+fn require_differences(n: usize, factors: &[usize]) -> Result<()> {
     match factors.iter().find(|m| **m == 0 || **m + 1 > n) {
         Some(m) => Err(Error::TooShort(format!(
             "factor {m} of {n} samples has no total difference: use factors from 1 to {}",
@@ -89,16 +91,22 @@ fn reflection_matters(n: usize, m: usize) -> bool {
 }
 
 /// Expected estimates (k,) and their variances (k,).
-pub(super) fn variances(terms: &[Term], n: usize, factors: &[usize]) -> Result<(Vec<f64>, Vec<f64>)> {
-    check(n, factors)?;
+pub(super) fn variances(
+    terms: &[Term],
+    n: usize,
+    factors: &[usize],
+    stop: &AtomicBool,
+) -> Result<(Vec<f64>, Vec<f64>)> {
+    require_differences(n, factors)?;
     let whole = Process::new(terms, n, Kind::Total)?;
     let rest = without_white_phase(terms);
     let process = Process::new(&rest, n, Kind::Total)?;
     let of_one = |&m: &usize| {
+        check(stop)?;
         let mean = expected(&whole, n, m);
         if !reflection_matters(n, m) || rest.is_empty() {
             let m2 = m.min(n / 2);
-            let (_, own) = plain::variances(terms, n, &[m2], Kind::Allan)?;
+            let (_, own) = plain::variances(terms, n, &[m2], Kind::Allan, stop)?;
             // Reflection adds differences, which reduces the variance in proportion.
             return Ok((mean, own[0] * Kind::Allan.count(n, m2) as f64 / (n - 1) as f64));
         }
@@ -116,12 +124,17 @@ pub(super) fn variances(terms: &[Term], n: usize, factors: &[usize]) -> Result<(
 }
 
 /// Expected estimates (k,) and their covariance (k, k), row by row.
-pub(super) fn covariance(terms: &[Term], n: usize, factors: &[usize]) -> Result<(Vec<f64>, Vec<f64>)> {
-    let (means, own) = variances(terms, n, factors)?;
+pub(super) fn covariance(
+    terms: &[Term],
+    n: usize,
+    factors: &[usize],
+    stop: &AtomicBool,
+) -> Result<(Vec<f64>, Vec<f64>)> {
+    let (means, own) = variances(terms, n, factors, stop)?;
     let k = factors.len();
     // Correlations are those of the overlapping variance, except for pairs of factors for which reflection matters.
     let inside: Vec<usize> = factors.iter().map(|m| (*m).min(n / 2)).collect();
-    let (_, mut matrix) = plain::covariance(terms, n, &inside, Kind::Allan)?;
+    let (_, mut matrix) = plain::covariance(terms, n, &inside, Kind::Allan, stop)?;
     let spread: Vec<f64> = (0..k).map(|a| (own[a] / matrix[a * k + a]).sqrt()).collect();
     for a in 0..k {
         for b in 0..k {
@@ -136,19 +149,22 @@ pub(super) fn covariance(terms: &[Term], n: usize, factors: &[usize]) -> Result<
     let ends: Vec<usize> = (0..k).filter(|a| reflection_matters(n, factors[*a])).collect();
     let centers: Vec<Vec<Points>> =
         ends.iter().map(|a| differences(n, factors[*a], CENTERS_OF_PAIRS)).collect();
-    let mean_square = |a: usize, b: usize| {
+    let mean_square = |a: usize, b: usize| -> Result<f64> {
+        check(stop)?;
         let sum: f64 = centers[a]
             .iter()
             .map(|p| centers[b].iter().map(|q| process.between(p, q, n).powi(2)).sum::<f64>())
             .sum();
-        sum / (centers[a].len() * centers[b].len()) as f64
+        Ok(sum / (centers[a].len() * centers[b].len()) as f64)
     };
-    let alone: Vec<f64> = pooled(|| (0..ends.len()).into_par_iter().map(|a| mean_square(a, a)).collect())?;
+    let alone =
+        pooled(|| (0..ends.len()).into_par_iter().map(|a| mean_square(a, a)).collect::<Result<Vec<f64>>>())??;
     let pairs: Vec<(usize, usize)> = (0..ends.len()).flat_map(|a| (0..a).map(move |b| (a, b))).collect();
     let of_two = |&(a, b): &(usize, usize)| {
-        mean_square(a, b) / (alone[a] * alone[b]).sqrt() * (own[ends[a]] * own[ends[b]]).sqrt()
+        let correlation = mean_square(a, b)? / (alone[a] * alone[b]).sqrt();
+        Ok(correlation * (own[ends[a]] * own[ends[b]]).sqrt())
     };
-    let found: Vec<f64> = pooled(|| pairs.par_iter().map(of_two).collect())?;
+    let found = pooled(|| pairs.par_iter().map(of_two).collect::<Result<Vec<f64>>>())??;
     for (&(a, b), value) in pairs.iter().zip(found) {
         matrix[ends[a] * k + ends[b]] = value;
         matrix[ends[b] * k + ends[a]] = value;
@@ -157,10 +173,16 @@ pub(super) fn covariance(terms: &[Term], n: usize, factors: &[usize]) -> Result<
 }
 
 /// Quantiles of the estimate over its mean, at one factor.
-pub(super) fn quantiles(terms: &[Term], n: usize, factor: usize, probabilities: &[f64]) -> Result<Vec<f64>> {
-    let (mean, variance) = variances(terms, n, &[factor])?;
+pub(super) fn quantiles(
+    terms: &[Term],
+    n: usize,
+    factor: usize,
+    probabilities: &[f64],
+    stop: &AtomicBool,
+) -> Result<Vec<f64>> {
+    let (mean, variance) = variances(terms, n, &[factor], stop)?;
     if !reflection_matters(n, factor) {
-        return plain::quantiles(terms, n, factor, probabilities, Kind::Allan);
+        return plain::quantiles(terms, n, factor, probabilities, Kind::Allan, stop);
     }
     let rest = without_white_phase(terms);
     if rest.is_empty() {

@@ -47,6 +47,11 @@ CALLS = {
     **{name: (4000, f"al.{name}(x, {MANY})") for name in ("adev", "hdev")},
     "theo1": (400, "al.theo1(x, rate=1.0, taus='all')"),
     "check": (4000, "al.fit_model(al.Recording(x, rate=1.0), 'N+B+K').check()"),
+    "covariance": (
+        1,
+        "from allanite.fit.bands import bands;"
+        " bands(al.parse_model('N(N=1)+B(B=1)+K(K=1)').terms(1.0), 1_000_000, np.arange(1, 3000))",
+    ),
     "simulate": (1, "al.parse_model('N(N=1)+B(B=1)').simulate(duration=1e9, rate=1.0, seed=1)"),
 }
 
