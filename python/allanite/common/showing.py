@@ -37,15 +37,16 @@ def _value_text(value: Any) -> str:
     """Short text of a value for a `repr`.
 
     ``<38 from 0.01 to 2400>`` for an array, ``<2: gx, gy>`` (number and keys) for a mapping, ``<none>`` for an empty
-    one, ``<12 × float>`` for a sequence of more than 8 items, also a text. Any other value is its `repr` if that has at
-    most 60 characters. Else a sequence is ``<3 × str>`` (number of items, type of the first), and another value
-    ``<Model>`` (its type).
+    one, ``<12 × float>`` for a sequence of more than 8 items. Any other value is its `repr` if that has at most 60
+    characters. Else a sequence or text is ``<3 × str>`` (number of items, type of the first), and another value ``<Model>``
+    (its type).
     """
     if isinstance(value, np.ndarray):
         return array_text(value)
     if isinstance(value, Mapping):
         return f"<{len(value)}: {', '.join(map(str, value))}>" if value else "<none>"
-    text = repr(value) if not (isinstance(value, Sequence) and len(value) > 8) else ""
+    many = isinstance(value, Sequence) and not isinstance(value, str) and len(value) > 8
+    text = "" if many else repr(value)
     if not text or len(text) > MAX_VALUE_LENGTH:
         count = f"{len(value)} × " if isinstance(value, Sequence) and len(value) else ""
         kind = type(value[0] if count else value).__name__

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -127,9 +128,11 @@ def save_model(model: Model, path: str | Path, recording: Mapping[str, Any] | No
 def as_model(given: object) -> Model:
     """`Model` from a `Model`, an effect, a model string, the path of a JSON file, or an object with a `model` (a fit).
 
-    Raises `InputError` for an object of another type, also a `Path`, and for an invalid string or file.
+    Raises `InputError` for an object of another type, and for an invalid string or file.
     """
     given = getattr(given, "model", given)
+    if isinstance(given, os.PathLike):
+        given = os.fspath(given)
     if isinstance(given, Effect):
         return Model((given,))
     if isinstance(given, (str, Model)):

@@ -11,7 +11,7 @@ from allanite.fit.rivals.pairs import solution_with_pair
 from allanite.fit.rivals.score import replacing_prior
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Callable, Iterator, Sequence
 
     from allanite.effects import Effect
     from allanite.fit.result import Fit
@@ -41,22 +41,32 @@ class Replacement:
         return min(max(change, -MAX_RIVAL_LOG_EVIDENCE), MAX_RIVAL_LOG_EVIDENCE)
 
 
-def replacements(fit: Fit) -> Iterator[Replacement]:
+def replacements(fit: Fit, may_replace: Callable[[Effect, Effect], bool]) -> Iterator[Replacement]:
     """Iterator over `Replacement`: other effects replace one detected effect, or two detected slow processes.
 
     One effect is replaced by a declared alternative, or by two effects of which one is a declared alternative. Two slow
-    processes are replaced by one or two slow processes of other kinds. The same model may occur twice.
+    processes are replaced by one or two slow processes of other kinds. `may_replace(new, old)` must be True for each new
+    and each replaced effect. The same model may occur twice.
     """
     effects = fit.model.effects
+
+    def allowed(new: Sequence[Effect], out: Sequence[Effect]) -> bool:
+        """True if each of the effects `new` may replace each of `out`."""
+        return all(may_replace(one, other) for one in new for other in out)
+
     for lead, places, solution in fit.alternatives_to_pairs:
+        out = tuple(effects[place] for place in places)
         new = solution.model.effects[len(effects) - len(places) :]
-        yield Replacement(lead, places, tuple(effects[p] for p in places), new, solution)
-    for place, out in enumerate(effects):
+        if allowed(new, out):
+            yield Replacement(lead, places, out, new, solution)
+    for place, old in enumerate(effects):
         if not is_detected(fit, place):
             continue
         for one in fit.alternatives(place):
-            yield Replacement(one.evidence, (place,), (out,), (one.effect,), one.solution)
+            if allowed((one.effect,), (old,)):
+                yield Replacement(one.evidence, (place,), (old,), (one.effect,), one.solution)
         for pair in fit.alternative_pairs(place):
-            solution = solution_with_pair(fit, pair)
-            lead = evidence_gain(solution, fit.solution, fit.data)
-            yield Replacement(lead, (place,), (out,), solution.model.effects[-2:], solution)
+            if allowed(pair.model.effects[-2:], (old,)):
+                solution = solution_with_pair(fit, pair)
+                lead = evidence_gain(solution, fit.solution, fit.data)
+                yield Replacement(lead, (place,), (old,), solution.model.effects[-2:], solution)

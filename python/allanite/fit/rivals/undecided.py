@@ -87,15 +87,15 @@ def undecided(fit: Fit) -> Undecided | None:
     """
     if fit.method != "whittle" or not fit.adequate:
         return None
-    found = {_kinds(fit.model): (0.0, fit.solution)}
-    for other in replacements(fit):
-        lead, solution = other.lead + other.prior, other.solution
-        # The evidence of an event lacks the cost of the many times at which it was tried.
-        if lead <= -MAX_RIVAL_LOG_EVIDENCE or any(effect.happens_once for effect in other.new):
+    own = _kinds(fit.model)
+    found = {own: (0.0, fit.solution)}
+    # The evidence of an event lacks the cost of the many times at which it was tried.
+    for other in replacements(fit, lambda new, _: not new.happens_once):
+        lead, name = other.lead + other.prior, _kinds(other.solution.model)
+        if lead <= -MAX_RIVAL_LOG_EVIDENCE or name == own:
             continue
-        name = _kinds(solution.model)
         if name not in found or found[name][0] < lead:
-            found[name] = lead, solution
+            found[name] = lead, other.solution
     if len(found) == 1:
         return None
     leads = np.array([lead for lead, _ in found.values()])

@@ -23,11 +23,10 @@ def models_with_replacement(fit: Fit) -> Iterator[tuple[float, tuple[int, ...], 
     The gain is the expected rise of the score, nats. `indices` are those of the replaced effects in the old model. Two
     effects are replaced together only if both are slow processes. The new effects are the last of the new model.
     """
-    for other in replacements(fit):
-        if all(may_take_the_place(new, out) for new in other.new for out in other.out):
-            # A lead above 3 nats always gives more than 0.5.
-            prior = max(other.prior, MIN_SCORE_GAIN - MAX_RIVAL_LOG_EVIDENCE)
-            yield other.lead + prior, other.places, other.solution.model
+    for other in replacements(fit, may_take_the_place):
+        # A lead above 3 nats always gives more than 0.5.
+        prior = max(other.prior, MIN_SCORE_GAIN - MAX_RIVAL_LOG_EVIDENCE)
+        yield other.lead + prior, other.places, other.solution.model
 
 
 def may_take_the_place(effect: Effect, out: Effect) -> bool:

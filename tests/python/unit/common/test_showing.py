@@ -149,6 +149,7 @@ def test_brief():
 
     assert repr(Thing(np.arange(12.0))) == "Thing(a=<12 from 0 to 11>, b=1.5)"
     assert repr(Thing([], "x" * 90)) == "Thing(a=[], b=<90 × str>)"
+    assert repr(Thing([], "bias instability")) == "Thing(a=[], b='bias instability')"
     assert repr(Thing(list(range(9)), {"t": np.zeros(3)})) == "Thing(a=<9 × int>, b=<1: t>)"
     assert repr(Thing({}, (1, 2))) == "Thing(a=<none>, b=(1, 2))"
     assert array_text(np.array([True, False])) == "<2 flags, 1 set>"

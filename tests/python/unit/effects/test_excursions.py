@@ -106,6 +106,8 @@ def test_several_excursions_are_written_and_read(tmp_path):
     path = tmp_path / "model.json"
     model.save(path)
     assert al.parse_model(str(path)) == model
+    record = al.Recording(np.random.default_rng(1).normal(size=2000), rate=100.0)
+    assert al.fit_model(record, path).model.name == model.name  # a path, or its text
 
 
 def test_one_within_another_that_takes_it_back_is_two():
