@@ -32,6 +32,7 @@ from allanite.plots.axes import linear_axis, log_axis
 from allanite.plots.curves import TAU
 from allanite.plots.scaling import deviation_axis, in_figure_units, sample_axis
 from allanite.plots.spec import Band, Figure, Line, Mark, Panel, Points
+from allanite.recording import Recording
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
@@ -40,7 +41,6 @@ if TYPE_CHECKING:
     from allanite.calibration.forms import Tried
     from allanite.calibration.runs import Runs
     from allanite.effects import Deterministic, Effect
-    from allanite.recording import Recording
     from allanite.statespace.growth import Growth
 
 #: Maximum number of samples, after averaging, on which the forms are compared. The dependence on temperature is slow, so
@@ -186,8 +186,6 @@ def thermal(
     >>> al.thermal(log).axes[0].form.name
     'quadratic'
     """
-    from allanite.recording import Recording
-
     given = [recordings] if isinstance(recordings, Recording) else list(recordings)
     if not given:
         raise InputError("no recordings: give at least one")

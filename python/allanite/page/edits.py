@@ -8,6 +8,7 @@ from allanite.common.errors import InputError
 from allanite.common.parameters import Estimate
 from allanite.common.units import parse_unit
 from allanite.effects.sheet_units import figure_unit, in_sheet_unit, requested_units
+from allanite.effects.strings import parse_string
 
 if TYPE_CHECKING:
     from allanite.effects import Effect, Model, Parameter
@@ -64,8 +65,6 @@ def parse_model_string(text: str) -> Model:
 
     Raises `InputError` for an empty, longer or invalid text.
     """
-    from allanite.effects.strings import parse_string
-
     if not 0 < len(text) <= 2000:
         raise InputError("a model is a sum such as N+B+K")
     return parse_string(text)

@@ -27,13 +27,14 @@ from allanite.effects import (
     as_model,
     parse_model,
 )
+from allanite.effects.files import model_to_dict
 from allanite.effects.sheet_units import sheet_unit
 from allanite.fit.rivals.evidence import parameters_cost
 from allanite.fit.rivals.score import prior
 from allanite.fit.solution import Fitted, Regressed
 from allanite.planning import expected as _expected
 from allanite.planning.delta_logl_law import DeltaLoglLaw, family_of, needed_delta_logl
-from allanite.planning.standard_errors import standard_errors
+from allanite.planning.standard_errors import effect_labels, standard_errors
 from allanite.suggestion.ranking import min_score
 
 if TYPE_CHECKING:
@@ -103,8 +104,6 @@ class Power:
 
         Raises `InputError` for any other name.
         """
-        from allanite.planning.standard_errors import effect_labels
-
         label, _, parameter = name.partition(".")
         for found, effect in zip(effect_labels(self.model), self.model, strict=True):
             if found == label and (parameter or label) in effect.values:
@@ -128,8 +127,6 @@ class Power:
 
     def to_dict(self) -> dict[str, Any]:
         """Dict for JSON, schema ``allanite/power/1``; infinite standard errors, absolute or relative, become None."""
-        from allanite.effects.files import model_to_dict
-
         return {
             "schema": "allanite/power/1",
             "version": _kernels.version(),

@@ -16,6 +16,7 @@ from allanite.fit.bands import expected_variance
 from allanite.fit.curve import MIN_FAILING_SCORE, components_at
 from allanite.fit.likelihood.expected import density
 from allanite.fit.likelihood.peaks import has_all_ordinates, is_narrow
+from allanite.fit.likelihood.whittle import normal_scores
 from allanite.fit.solution import Process
 from allanite.plots.axes import log_axis, score_axis
 from allanite.plots.scaling import density_axis, deviation_axis
@@ -243,8 +244,6 @@ def residuals_between(
     fit: Fit, low: float, high: float, most: int = MAX_SINGLE
 ) -> tuple[Array, Array]:
     """(frequencies in Hz, standard normal scores of measured versus expected power), otherwise like `ordinates_between`."""
-    from allanite.fit.likelihood.whittle import normal_scores
-
     data = fit.data
     j, starts = _ordinate_groups(fit, low, high, most)
     if not j.size:
@@ -407,8 +406,6 @@ def spectrum_panels(
     Single ordinates are drawn in the failing ranges `spans` and at `lines`, the frequencies (Hz) of missing lines.
     """
     from scipy.special import chdtri
-
-    from allanite.fit.likelihood.whittle import normal_scores
 
     solution, grid = fit.solution, _spectrum_grid(fit)
     frequency, count = grid.frequency, grid.count

@@ -21,6 +21,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from allanite._kernels import version
 from allanite.common.errors import AllaniteError, InputError
 from allanite.common.files import check_target, is_file, whole_file
 from allanite.common.memory import VARIABLE, budget
@@ -28,8 +29,11 @@ from allanite.common.parameters import Estimate
 from allanite.common.plain import plain, spreadsheet_cell
 from allanite.common.threads import processors
 from allanite.common.validation import positive_rate
-from allanite.effects import as_model
+from allanite.effects.files import as_model, model_to_dict
+from allanite.effects.registry import CATALOG
 from allanite.fit import fit_model
+from allanite.fit.models import parameter_label
+from allanite.fit.rivals.alternatives import solution_without
 from allanite.scale.journal import JOURNAL, Journal, read_journal
 from allanite.scale.log_process import Answer, LogProcess, Setup, failed_row, is_child
 from allanite.study.improvement import with_given_designs
@@ -224,9 +228,6 @@ def study_columns(study: Study) -> dict[str, Any]:
     """
     from scipy.special import chdtrc
 
-    from allanite.fit.models import parameter_label
-    from allanite.fit.rivals.alternatives import solution_without
-
     fit = study.fit
     numbers: dict[str, list[float | None]] = {}
     labels = zip(fit.model.labels, fit.estimates, fit.model, strict=True)
@@ -361,9 +362,6 @@ def child_setup(
 
     The memory limit of each child is an equal share of the memory budget, or ``ALLANITE_MEMORY`` if the user set it.
     """
-    from allanite._kernels import version
-    from allanite.effects.files import as_model, model_to_dict
-    from allanite.effects.registry import CATALOG
     from allanite.readers import FORMATS
     from allanite.suggestion.suggest import SCREENS
 
