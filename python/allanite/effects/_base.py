@@ -428,9 +428,7 @@ class Effect(SearchHooks, AsModel):
         return str(cls.texts.get(kind, {}).get(name, getattr(cls, name)))
 
     def __add__(self, other: Effect | Model) -> Model:
-        from allanite.effects.model import Model
-
-        return Model((self,)) + other
+        return self._model() + other
 
     def __str__(self) -> str:
         inside = ", ".join(
@@ -443,9 +441,9 @@ class Effect(SearchHooks, AsModel):
 
     def _model(self) -> Model:
         """`Model` with this effect only."""
-        from allanite.effects.model import Model
+        import allanite as al
 
-        return Model((self,))
+        return al.Model((self,))
 
 
 @dataclass(frozen=True)
