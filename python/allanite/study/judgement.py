@@ -106,14 +106,15 @@ def refusal_reason(before: Fit, after: Fit, suggestion: Suggestion) -> str:
     `after` is the fit with the suggestion alone. The first reason that holds is named:
 
     * `after` predicts unseen data worse (not tested for effects that happen once).
-    * An error rises beyond its scatter, or the suggestion is a doubtful event: the discrepancy if its interval lies above
-      the old one, otherwise the Allan error.
+    * An error rises beyond its scatter (not tested for changes of level), or the suggestion is a doubtful event: the
+      discrepancy if its interval lies above the old one, otherwise the Allan error.
     * A time of the effect is not known.
     * Otherwise, it "acts where another effect already acts".
     """
     if not suggestion.effect_happens_once and not predicts_as_well(before, after):
         return "predicts unseen data worse"
-    if not no_error_rises(before, after) or is_doubtful_event(before, after, suggestion):
+    risen = not suggestion.effect.passing and not no_error_rises(before, after)
+    if risen or is_doubtful_event(before, after, suggestion):
         # Only the discrepancy is judged by its interval, so any other rise is one of the Allan error.
         above = after.discrepancy.interval[0] > before.discrepancy.interval[1]
         return "raises the discrepancy" if above else "raises the Allan error"
