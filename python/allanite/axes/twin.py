@@ -47,10 +47,10 @@ class Twin:
 
 
 def sample_statistics(study: Study) -> dict[str, Any]:
-    """Dict for JSON of a column's samples: mean, minimum, maximum, step, clipped and references.
+    """Dict for JSON of a column's samples, converted to rates: mean, minimum, maximum, step, clipped and references.
 
-    `step` is the quantization step or None; `clipped` lists the values at which samples were clipped. Increments and
-    angles have neither. `references` maps each logged column to its mean.
+    `step` is the quantization step; `clipped` lists the values at which samples were clipped. For increments and angles,
+    `step` is None and `clipped` is empty. `references` maps each logged column to its mean.
     """
     recording = study.recording
     x = recording.rate_samples()

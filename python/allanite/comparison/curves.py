@@ -119,7 +119,7 @@ def _comparison_groups(curves: Sequence[Drawn]) -> dict[int, list[int]]:
     """Index of each reference curve → list of the indices of the curves that are compared with it.
 
     Curves of one kind of sensor form a group if their names end in the same word, the column. A curve whose column
-    occurs only once joins the first group of its kind of sensor.
+    occurs only once joins the first group of its kind of sensor. The reference is the first curve of its group.
     """
     columns = [curve.name.rpartition(" ")[2] for curve in curves]
     kinds = [parse_unit(curve.unit).kind for curve in curves]

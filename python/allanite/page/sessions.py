@@ -75,8 +75,9 @@ class Sessions:
             tab.cancel()
 
     def resume(self, key: str) -> None:
-        """Connect a reloaded page with its tab again, and start the job that was canceled.
+        """Connect a reloaded page with its tab again, and restart canceled reading, the first fit or a check.
 
+        Other canceled jobs, such as an improvement, are not restarted.
         Raises `InputError` if the tab no longer exists, or if no page has left it.
         """
         tab = self.tabs.get(key)

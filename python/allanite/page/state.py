@@ -143,8 +143,8 @@ def _check_entries(tab: Tab, step: Step | None) -> dict[str, Any]:
 def _reading_settings(tab: Tab) -> dict[str, Any]:
     """Settings with which the log is read: the user's, else those found by the reader, else None or empty.
 
-    ``unitless`` lists columns that belong to a sensor and have no unit. ``said_rate`` is the rate (Hz) of the user
-    only.
+    ``unitless`` lists columns that belong to a sensor and have no unit. ``said_rate`` (Hz) and ``time_column`` are the
+    user's only.
     """
     reading = tab.source.reading if tab.source is not None else Reading()
     given = reading.options

@@ -172,7 +172,10 @@ class Tab(TabState):
         )
 
     def improve(self, columns: Sequence[int] | None = None) -> None:
-        """Start a job that improves the models of `columns`, or of the current one (then an error if no change helps)."""
+        """Start a job that improves the models of `columns`, or of the current one; then it fails if no change helps.
+
+        Raises `InputError` if another job than a check is running, or without `columns` if nothing is fitted yet.
+        """
         work_on = [self.column] if columns is None else list(columns)
         if columns is None:
             _ = self.step

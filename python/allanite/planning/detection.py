@@ -363,7 +363,10 @@ def _delta_logl_law(
 
 
 def _with_wandering_process(noise: Model) -> list[Model]:
-    """List of `Model`: `noise` plus one slowly drifting process (flicker, Gauss-Markov, random walk, …) each."""
+    """List of `Model` to be fitted: `noise` plus one slowly drifting process without values (flicker, random walk, …) each.
+
+    Such a process can look like a slow function of time. Kinds that `noise` has already are left out.
+    """
     return [
         noise + blank
         for cls in CATALOG

@@ -132,7 +132,8 @@ def first_rows_of(path: Path) -> tuple[Table, list[str], str | None]:
     """Table with the first 20 000 rows of all columns of a text log, one cell of each column, and the delimiter.
 
     A column with more texts than numbers is None in the table. The cell is the first one that is no number, or else the
-    first. The delimiter is None if the core recognizes it. Raises `InputError` if the header names an Allan deviation.
+    first. The delimiter is None if the core recognizes it. Raises `InputError` if lines that the core
+    does not take for a header name an Allan deviation.
     """
     delimiter = None
     reader = _kernels.TextReader(str(path))

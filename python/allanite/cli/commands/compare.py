@@ -145,9 +145,10 @@ def _is_log(item: str) -> bool:
 
 
 def _datasheet_comparisons(columns: list[Any], datasheet: str, model: str) -> list[Any]:
-    """Fitted coefficients of each column against a data sheet; columns that the sheet does not cover are skipped.
+    """List of comparisons with a data sheet, one for each column that the sheet covers.
 
-    Raises `InputError` if no column is left.
+    `model`, plus the effects that the figures of the sheet need, is fitted. Raises `InputError` if the sheet covers no
+    column.
     """
     from allanite.comparison.datasheet import compare_datasheet, with_figures
     from allanite.effects.files import parse_model

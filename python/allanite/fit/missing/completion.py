@@ -149,6 +149,7 @@ class _ConditionalMean:
 
         With at most 2048 missing samples, z follows from the Cholesky factor of Q, if it exists. Otherwise conjugate
         gradients are used up to a relative residual of `tolerance`, at most 400 iterations; `steps` counts the iterations.
+        They take the next of `starts` off the list and append their result to `solutions`.
         """
         if self.exact is not None:
             from scipy.linalg import cho_solve

@@ -41,7 +41,7 @@ PICOSECONDS_PER_SECOND = 10**12
 def recognizes(head: bytes) -> bool:
     """True if the first lines are times of the edges of a pulse (PPS), one edge per line.
 
-    Bare numbers need at least 8 unequal steps near whole multiples of a round period.
+    Bare numbers need at least 8 edges that rise by nearly whole multiples of a round period, not all steps being equal.
     """
     lines = first_lines(head)
     form = _line_pattern(lines)

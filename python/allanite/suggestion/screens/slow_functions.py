@@ -459,7 +459,10 @@ def _with_gains_next_to_best(found: list[Candidate], data: Data) -> tuple[Candid
     best = [c for c in found if gain_less_cost(c) > top - MAX_RIVAL_LOG_EVIDENCE]
 
     def with_smallest_gain(candidate: Candidate) -> Candidate:
-        """Copy of a candidate whose `judged_gain` is at most its ΔlogL with one of `best` in the model."""
+        """Copy of a candidate with `judged_gain` lowered to its smallest ΔlogL, at least 0, beside any one of `best`.
+
+        A candidate of `best`, or one that cannot be significant, is returned unchanged.
+        """
         left = candidate.gain if candidate.judged_gain is None else candidate.judged_gain
         if candidate in best or not may_become_significant(candidate.family, left):
             return candidate
