@@ -13,6 +13,7 @@ from allanite.common.documents import jsonable
 from allanite.page import tab_state as bench_module
 from allanite.page.jobs import Job
 from allanite.page.sessions import Sessions
+from allanite.page.shown.catalogue import GROUPS, catalogue
 from allanite.page.shown.views import view
 from allanite.page.source import Source
 from allanite.page.tab import Tab
@@ -456,3 +457,12 @@ def test_compared_curves_have_each_a_colour_of_its_own(client):
     effects = {theme_of("light").color(role) for role in COMPONENTS}
     assert not effects & set(colors)
     assert "not shown: x6, x7, x8" in shown["subtitle"]
+
+
+def test_every_family_of_effects_has_a_group():
+    """Families without a group would appear under noise and drift."""
+    grouped = {family for _, families in GROUPS for family in families}
+    assert {cls.family for cls in al.CATALOG.built_in} <= grouped
+    assert {
+        e["group"] for e in catalogue("angular rate") if e["kind"] in {"hump", "transition"}
+    } == {"Events"}

@@ -50,7 +50,7 @@ GROUPS = (
     ("Noise and drift", ("coefficient", "spectral", "drift")),
     ("Lines and bands", ("line", "band", "course")),
     ("Filters", ("filter",)),
-    ("Events", ("step", "event", "stretch", "outlier")),
+    ("Events", ("step", "event", "hump", "transition", "stretch", "outlier")),
     ("Temperature and other columns", ("covariate",)),
     ("Noise level", ("level",)),
 )
