@@ -170,7 +170,7 @@ def ladder(study: al.Study) -> str:
 
 
 def left(study: al.Study) -> str:
-    """Sentence on what is left unexplained."""
+    """Markdown that states why the search ended and what its last model does not explain."""
     if study.adequate:
         return "Nothing significant is left."
     sentences = bullets([with_readable_numbers(s) for s in study.left])

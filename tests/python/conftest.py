@@ -2,6 +2,8 @@
 
 import os
 import signal
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -15,6 +17,22 @@ settings.load_profile("same")
 signal.signal(signal.SIGINT, signal.default_int_handler)
 
 ROOT = Path(__file__).resolve().parents[2]
+
+
+@pytest.fixture(scope="session")
+def field(tmp_path_factory):
+    """Function that makes a larger field log by name; the test is skipped if the generator is not available."""
+    folder = Path(os.environ.get("ALLANITE_DATA", ROOT.parent / "shared" / "data")) / "field"
+    if not (folder / "make.py").is_file():
+        pytest.skip(f"no field logs in {folder}")
+    made = tmp_path_factory.mktemp("field")
+
+    def make(name):
+        if not (made / name).exists():
+            subprocess.run([sys.executable, folder / "make.py", made, name], check=True)
+        return str(made / name)
+
+    return make
 
 
 @pytest.fixture(scope="session")

@@ -96,7 +96,7 @@ def _triads(found: ThermalCalibration, kind: str, most: int, consumer: str) -> l
 def _gyroscopes_and_accelerometers(
     found: ThermalCalibration, most: int, consumer: str
 ) -> tuple[list[_Triad], list[_Triad]]:
-    """(gyroscopes, accelerometers), of which one may be empty.
+    """Pair of lists: the gyroscopes and the accelerometers. One list may be empty.
 
     Raises `InputError` if both are, or if one has more than `most` sensors; the message names the `consumer` of the
     file.

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-#: What the samples of a log are: a rate; its increments, each the integral of the rate over one sample interval; or its
-#: angle, the integral of the rate since the start.
+#: Quantities that a log may contain. An increment is the integral of the rate over one sample interval. An angle is the
+#: integral of the rate since the start.
 QUANTITIES = ("rate", "increment", "angle")
 #: Methods of a fit: Whittle likelihood, generalized least squares on the Allan curve, straight lines on it.
 METHODS = ("whittle", "gls", "lines")

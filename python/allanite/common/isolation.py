@@ -294,7 +294,7 @@ def _end_with_parent() -> None:
 def _set_limits(order: dict[str, Any]) -> None:
     """Set the limits of this process that `order` states: wall time, processor time, and memory beyond the present one.
 
-    A limit of None is not set; Windows has none of them.
+    A limit of None is not set. No limit is set on Windows, which does not support them.
     """
     if order["wall"] is not None and hasattr(signal, "setitimer"):
         signal.signal(signal.SIGALRM, signal.SIG_DFL)

@@ -48,9 +48,10 @@ class Estimator:
         Largest averaging factor, and number of averaged differences at each, for a number of phase points without gaps.
     edf : callable or None
         Degrees of freedom from noise exponent, factor, and numbers of differences and phase points; None if not known.
-    bias, unbiased : callable or None, bool
+    bias : callable or None
         Ratio of the mean variance to the true one, from exponent, factor and number of phase points; None without bias.
-        Whether it is divided out by default.
+    unbiased : bool
+        True if variances are divided by the bias unless the caller asks otherwise.
     gain : callable or None
         For estimators of the phase: their scale from the scale of the rate, averaging times and sampling rate.
     """

@@ -264,7 +264,10 @@ def _filtered_waves(
 
 
 def _separated_pole(phi: complex, response: Response) -> complex:
-    """`phi`, or, if the filter has nearly the same pole p, a pole 0.001·|1 − p| beside it: residues stay finite."""
+    """Complex pole: `phi`, unless it nearly equals a pole p of the filter.
+
+    It is then moved to the distance 0.001·|1 − p| from p, because the residues of equal poles are infinite.
+    """
     for p in response.poles:
         near = MIN_POLE_DISTANCE * abs(1.0 - p)
         if abs(phi - p) < near:

@@ -48,7 +48,8 @@ FOLDS = 5
 MIN_PREDICTED_SAMPLES = 128
 #: Degrees of freedom of a bin without ordinates outside a fold: nearly 0, without divisions by zero.
 EMPTY_FOLD_FREEDOM = 1e-6
-#: Number of blocks of time, each of which is left out once. Chosen by judgment; not measured.
+#: Number of equal blocks into which a record is divided. The functions of time are fitted once without each block, which is
+#: then predicted. Chosen by judgment; not measured.
 BLOCKS = 8
 #: Number of lowest ordinates in which slow functions are predicted. Chosen by judgment; not measured.
 PREDICTED_ORDINATES = 512

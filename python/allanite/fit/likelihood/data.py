@@ -225,10 +225,10 @@ class Data(ABC):
     ) -> list[tuple[int, int, Array, float]]:
         """List of (first ordinate, end ordinate, power, number), one for each octave of a summary; empty for a recording.
 
-        Of these octaves, a summary keeps no single ordinates but mean squares over time. `power` is the mean square in each
-        of equal time cells of `number` ordinates, divided by its expectation. `expected` maps ordinates j to the expected
-        density, U² per sample. `relative_power` maps ordinates and times to the power relative to it, shape (times,
-        ordinates).
+        In these octaves, a summary keeps only mean squares over time, no single ordinates. `power` is the mean square in
+        each of equal time cells of `number` ordinates, divided by its expectation. `expected` maps ordinates j to the
+        expected density, U² per sample. `relative_power` maps ordinates and times to the power relative to it, shape
+        (times, ordinates).
         """
         return []
 

@@ -233,7 +233,7 @@ def band_about(
 def fourier_sums(
     ordinates: Array, start: int, first: int, count: int, n: int
 ) -> NDArray[np.complex128]:
-    """Complex Fourier sums of n samples of which only consecutive cosine ordinates are given, shape (count,).
+    """Fourier sums of n samples, complex, shape (count,), from a band of consecutive cosine ordinates.
 
     The sums are Σ x_t e^{−2πikt/n} for k = first … first + count − 1 ≤ n/2. The given ordinates start at index `start`; all
     others are 0. An even ordinate j contributes only at k = j/2. An odd one contributes ½ √(2/n) e^{±iπj/2n} Σ_t

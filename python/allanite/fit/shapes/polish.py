@@ -158,7 +158,7 @@ def _climb(
 ) -> tuple[Array, Maximum]:
     """Pair: coordinates of the shapes at a local maximum of logL, and `best` with the coefficients and discrepancy there.
 
-    The ascent starts at `point` and `best`, of which only `theta` and `scale` are updated. It ends
+    The ascent starts at `point` and `best`. In the returned `best`, only `theta` and `scale` are new. The ascent ends
 
     * after 60 steps,
     * after a step below 0.1 of the trust radii that raises logL by less than 1e-4,

@@ -55,10 +55,10 @@ def targets(recording: Recording) -> list[list[str]]:
 
 
 def open_upload(tab: Tab, source: Source, role: str) -> None:
-    """Open an uploaded file: ``sheet`` is a data sheet, ``compare`` a log for comparison, else a log that a job opens.
+    """Open an uploaded file as its `role` says: ``sheet`` for a data sheet, ``compare`` for a log to compare with.
 
-    Such a log is added to the list of logs even if its rate or unit is unknown. Raises `InputError` if the file cannot
-    be read as this `role`; the tab then keeps nothing of it.
+    With any other role, the file is a log that a job opens. Such a log is added to the list of logs even if its rate or
+    unit is unknown. Raises `InputError` if the file cannot be read as this `role`; the tab then keeps nothing of it.
     """
     if role == "sheet":
         _open_sheet(tab, source)

@@ -3,10 +3,7 @@
 from __future__ import annotations
 
 import json
-import os
 import re
-import subprocess
-import sys
 from dataclasses import dataclass
 from pathlib import Path
 from types import SimpleNamespace
@@ -319,22 +316,6 @@ def test_every_row_of_the_table_is_a_test(data):
 
 
 # -- rows of the table that are made, or no logs --------------------------------------------------
-
-
-@pytest.fixture(scope="module")
-def field(tmp_path_factory):
-    """Make a larger field log by name."""
-    folder = Path(os.environ.get("ALLANITE_DATA", "../shared/data")) / "field"
-    if not (folder / "make.py").is_file():
-        pytest.skip(f"no field logs in {folder}")
-    made = tmp_path_factory.mktemp("field")
-
-    def make(name):
-        if not (made / name).exists():
-            subprocess.run([sys.executable, folder / "make.py", made, name], check=True)
-        return str(made / name)
-
-    return make
 
 
 @pytest.mark.data

@@ -17,27 +17,6 @@ from moving_records import ACCELS, GYROS, MOVING, at_rest, bus
 FIELD = pytest.mark.data
 
 
-@pytest.fixture(scope="module")
-def field(tmp_path_factory):
-    """Make a larger field log by name."""
-    import os
-    import subprocess
-    import sys
-    from pathlib import Path
-
-    folder = Path(os.environ.get("ALLANITE_DATA", "../shared/data")) / "field"
-    if not (folder / "make.py").is_file():
-        pytest.skip(f"no field logs in {folder}")
-    made = tmp_path_factory.mktemp("field")
-
-    def make(name):
-        if not (made / name).exists():
-            subprocess.run([sys.executable, folder / "make.py", made, name], check=True)
-        return str(made / name)
-
-    return make
-
-
 def run(capsys, *arguments):
     """Exit code, standard output and standard error of a command."""
     from allanite.cli import main
