@@ -45,7 +45,7 @@ MIN_DISTURBANCE_DELTA_LOGL = 14.0
 # Used by several screens and moves.
 
 #: Unit: fraction. A cause accounts for a change if at least this part of the change or of the evidence is due to it.
-#: A suggestion of an earlier check must keep this part of its ΔlogL, and each side band this part of the limit of both.
+#: Two suggestions explain the same misfit if this part of the gains of one is also gained by the other.
 #: Basis: definition; the larger part. Ablation: no change.
 MAIN_SHARE = 0.5
 #: Unit: periods. Fewest periods of a line in the record, of a tone burst, and of a level that changes periodically.

@@ -1,6 +1,6 @@
 """Suggestions of missing effects: run all screens, judge their candidates by p-values, and rank them by score.
 
-`Suggestion.score` is the score of a candidate. `allanite.suggestion.ranking` decides ties.
+`Suggestion.score` is the score of a candidate. Its prior (`allanite.fit.rivals.score`) decides ties.
 """
 
 from __future__ import annotations
@@ -198,7 +198,7 @@ class Suggestion:
 
     @property
     def effect_happens_once(self) -> bool:
-        """True for one-time events, and for all effects that have times as parameters (changes of level, exclusions).
+        """True for one-time events, and for effects with times as parameters (changes of level, exclusions, moving bands).
 
         One half of a record cannot predict such an effect from the other half, so only its p-value decides.
         """

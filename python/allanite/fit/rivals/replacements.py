@@ -1,4 +1,4 @@
-"""Models in which other effects replace one or two effects of a fit, with their lead in score."""
+"""Models in which other effects replace one or two effects of a fit, with their lead in ln evidence."""
 
 from __future__ import annotations
 

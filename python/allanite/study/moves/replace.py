@@ -21,7 +21,8 @@ def models_with_replacement(fit: Fit) -> Iterator[tuple[float, tuple[int, ...], 
     """Iterator over (expected gain, indices, model): models in which other effects replace one or two detected effects.
 
     The gain is the expected rise of the score, nats. `indices` are those of the replaced effects in the old model. Two
-    effects are replaced together only if both are slow processes. The new effects are the last of the new model.
+    effects are replaced together only if both are slow processes. The new effects are the last of the new model. Effects
+    of the initial model are replaced like all others.
     """
     for other in replacements(fit, may_take_the_place):
         # A lead above 3 nats always gives more than 0.5.
