@@ -28,7 +28,6 @@ from allanite.common.units import FREQUENCY, is_frequency, parse_unit
 from allanite.common.validation import positive, require_one_column, require_recording
 from allanite.effects.sheet_units import sheet_unit
 from allanite.fit.stamped.likelihood import StampedSeries
-from allanite.fit.stamped.uncertainty import amplitude_errors, combined_errors
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -511,7 +510,7 @@ class _PhaseFit:
         )
         found = drifting.regressed(models[0].fits[0].noise)
         drifts = bool(found.amplitudes[-1] ** 2 / found.covariance[-1, -1] > np.log(at.size))
-        errors, freedom = amplitude_errors(models[drifts].fits[0])
+        errors, freedom = models[drifts].fits[0].amplitude_errors()
         return cls(models, drifts, (*functions, "drift"), errors, freedom)
 
     def _amplitude(self, name: str, unit: str, factor: float = 1.0) -> Estimate | None:
@@ -535,7 +534,7 @@ class _PhaseFit:
             for sign in (-1.0, 1.0)
             for near, its_variance in [self.series.last_slope(self.best.noise_at(i, sign), slopes)]
         ]
-        error, freedom = combined_errors(self.best, neighbors, np.array([variance]))
+        error, freedom = self.best.combined_errors(neighbors, np.array([variance]))
         return _estimate("frequency", value, float(error[0]), float(freedom[0]), "1")
 
     def temperature(self) -> Estimate | None:

@@ -9,7 +9,7 @@ import numpy as np
 
 from allanite.common.arrays import Array, scaled_inverse
 from allanite.common.documents import fields_dict
-from allanite.effects import Stochastic
+from allanite.effects import Model, Stochastic
 from allanite.fit.likelihood.expected import columns
 from allanite.fit.likelihood.peaks import bins_near, is_fitted_to_ordinates
 from allanite.fit.likelihood.whittle import information
@@ -22,7 +22,6 @@ from allanite.fit.shapes.scan import free_shape_parameters
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from allanite.effects import Model
     from allanite.fit.likelihood.data import Data
     from allanite.fit.solution import Process, Solution
     from allanite.spectrum import Bins

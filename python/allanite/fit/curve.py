@@ -91,12 +91,8 @@ class Curve:
         """
         if float(np.nanmax(np.abs(self.z))) >= MIN_FAILING_SCORE:
             return True
-        error, scatter = self.rms_percent, self.expected_scatter_percent
-        return (
-            error is not None
-            and scatter is not None
-            and error > MAX_ADEQUATE_ERROR_SCATTERS * scatter
-        )
+        error, scatter = self.rms_percent or 0.0, self.expected_scatter_percent or 0.0
+        return error > MAX_ADEQUATE_ERROR_SCATTERS * scatter
 
     def error_increase(self, before: Curve, ignored_scores: float) -> float:
         """Mean square of ln(model/measured) of this curve minus that of the curve `before`, over τ with edf ≥ 10.

@@ -12,23 +12,20 @@ from allanite.common.arrays import Array
 from allanite.common.parameters import NORMAL, Estimate
 from allanite.common.printing import column_unit
 from allanite.common.units import coefficient_unit
-from allanite.effects import Deterministic, Model
+from allanite.effects import Deterministic, Effect, Model, Parameter
 from allanite.fit.covariance import joint_covariance, logl_scale, shape_widening
 from allanite.fit.likelihood.heavy import widened_by_tails
 from allanite.fit.likelihood.peaks import is_fitted_to_ordinates
 from allanite.fit.likelihood.random_part import RandomPart
 from allanite.fit.likelihood.whittle import profile_interval
-from allanite.fit.marginal import slow_values
+from allanite.fit.marginal import Mixture, slow_values
 from allanite.fit.shapes.deterministic import design_of, shape_slope
 from allanite.fit.shapes.matched import FILTER_ORDINATES, matched_gains
 from allanite.fit.shapes.narrow import ordinates_delta_logl
-from allanite.fit.solution import Process, Regressed
+from allanite.fit.solution import Process, Regressed, Solution
 
 if TYPE_CHECKING:
-    from allanite.effects import Effect, Parameter
     from allanite.fit.likelihood.data import Data
-    from allanite.fit.marginal import Mixture
-    from allanite.fit.solution import Solution
     from allanite.recording import Recording
     from allanite.summary import Summary
 

@@ -8,7 +8,7 @@ from allanite.common.choices import METHODS
 from allanite.common.errors import InputError
 from allanite.common.several import results_by_column
 from allanite.common.validation import require_one_column, require_recording
-from allanite.effects import as_model
+from allanite.effects import Effect, Model, as_model
 from allanite.fit.classical.refit import refit
 from allanite.fit.engine import solve
 from allanite.fit.likelihood.data import Data, prepare
@@ -23,8 +23,6 @@ from allanite.summary import Summary
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
-
-    from allanite.effects import Effect, Model
 
 
 def fit_model(

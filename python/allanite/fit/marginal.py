@@ -20,13 +20,12 @@ from allanite.effects import Stochastic, standard
 from allanite.fit.likelihood.expected import column_of, density
 from allanite.fit.likelihood.whittle import information
 from allanite.fit.shapes.deterministic import shape_slope
-from allanite.fit.solution import Process
+from allanite.fit.solution import Process, Regressed, Solution
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from allanite.fit.likelihood.data import Data
-    from allanite.fit.solution import Regressed, Solution
 
 #: Number of lowest ordinates that are used one by one: they hold all but a thousandth of the weight of a step.
 SINGLE_ORDINATES = 1024

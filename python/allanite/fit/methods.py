@@ -13,9 +13,9 @@ from allanite.common.printing import printed
 from allanite.common.showing import aligned_lines
 from allanite.common.units import coefficient_unit
 from allanite.deviation import oadev
-from allanite.effects import Stochastic, find, standard
+from allanite.effects import Parameter, Stochastic, find, standard
 from allanite.effects.sheet_units import in_sheet_unit
-from allanite.fit.classical.lines import read_lines
+from allanite.fit.classical.lines import LineReading, LineReadings, read_lines
 from allanite.fit.classical.refit import refit
 from allanite.fit.fitting import fit_model
 from allanite.fit.table import estimate_cell
@@ -23,8 +23,6 @@ from allanite.fit.table import estimate_cell
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from allanite.effects import Parameter
-    from allanite.fit.classical.lines import LineReading, LineReadings
     from allanite.fit.result import Fit
     from allanite.plots.spec import Figure
 

@@ -84,12 +84,6 @@ def compare(before: Prediction, after: Prediction) -> tuple[float, float]:
     return float(difference.sum()), _std_error(difference)
 
 
-def predicts_worse(before: Prediction, after: Prediction) -> bool:
-    """True if `after` predicts worse than `before` by more than the standard error of the difference."""
-    difference, std_error = compare(before, after)
-    return difference > std_error
-
-
 def predict(data: Data, solution: Solution, raw: Data | None = None) -> Prediction | None:
     """`Prediction`: losses of a fitted model on ordinates and blocks of time left out of the fit.
 

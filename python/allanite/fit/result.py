@@ -20,7 +20,7 @@ from allanite.effects.files import held_and_limits
 from allanite.fit import curve as _curve
 from allanite.fit.covariance import Correlations, correlations, degeneracies
 from allanite.fit.estimates import estimates, free_parameters
-from allanite.fit.likelihood.data import prepare
+from allanite.fit.likelihood.data import Data, prepare
 from allanite.fit.likelihood.discrepancy import (
     expected_saturated_gain,
     marginal_likelihood,
@@ -32,8 +32,8 @@ from allanite.fit.measures import MIN_ADEQUATE_P, Discrepancy, Error, Misfit
 from allanite.fit.missing.completion import complete
 from allanite.fit.models import without_effect
 from allanite.fit.prediction import predict
-from allanite.fit.rivals.alternatives import Rivals, alternatives, rivals
-from allanite.fit.rivals.pairs import alternative_pairs, alternatives_to_pairs
+from allanite.fit.rivals.alternatives import Alternative, Rivals, alternatives, rivals
+from allanite.fit.rivals.pairs import Pair, alternative_pairs, alternatives_to_pairs
 from allanite.fit.table import fit_table, method_text, misfit_line, parameter_rows
 from allanite.recording.distorted import DISTORTIONS
 from allanite.recording.sensor_names import kind_of_sensor
@@ -42,10 +42,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
     from allanite.effects import Effect, Model
-    from allanite.fit.likelihood.data import Data
     from allanite.fit.methods import MethodTable
-    from allanite.fit.rivals.alternatives import Alternative
-    from allanite.fit.rivals.pairs import Pair
     from allanite.fit.simulated import SimulatedCheck
     from allanite.fit.solution import Solution
     from allanite.plots import Figure

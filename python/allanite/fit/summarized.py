@@ -22,7 +22,7 @@ from allanite.deviation import Deviation, oadev
 from allanite.fit.likelihood.data import Data
 from allanite.fit.likelihood.peaks import MAX_MISSING_FRACTION
 from allanite.fit.likelihood.remembered import ArrayCache
-from allanite.fit.likelihood.sections import Cells
+from allanite.fit.likelihood.sections import Cells, Sections
 from allanite.fit.prediction import FOLDS
 from allanite.spectrum import Bins, bins_of, bridge_gaps
 from allanite.summary.gaps import fill_missing
@@ -32,7 +32,6 @@ from allanite.summary.lines import without_lines
 
 if TYPE_CHECKING:
     from allanite.effects import Model
-    from allanite.fit.likelihood.sections import Sections
     from allanite.summary import Summary
     from allanite.summary.reading import Reading
     from allanite.summary.sums import Blocks

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from allanite.common.several import Several, results_by_column
 from allanite.common.threads import columns_at_work, results_or_raise, side_by_side
 from allanite.common.validation import positive, require_one_column, require_recording
-from allanite.effects import Model, Modifier, as_model
+from allanite.effects import Effect, Model, Modifier, as_model
 from allanite.fit import fit_model
 from allanite.study.ladder import Rung, SearchInterrupted, Study
 from allanite.study.search import Search
@@ -22,7 +22,6 @@ from allanite.suggestion.constants import (
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from allanite.effects import Effect
     from allanite.recording import Recording
     from allanite.summary import Summary
 

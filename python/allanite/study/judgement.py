@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from allanite.effects import Deterministic
-from allanite.fit.prediction import compare, predicts_worse
+from allanite.fit.prediction import compare
 from allanite.fit.rivals.evidence import evidence_gain
 from allanite.fit.rivals.score import prior_change
 from allanite.suggestion.constants import (
@@ -84,9 +84,8 @@ def predicts_as_well(before: Fit, after: Fit) -> bool:
     old, new = before.error.predictive, after.error.predictive
     if old is None or new is None:
         return True
-    if discrepancy_rises(before, after) and compare(old, new)[0] > 0.0:
-        return False
-    return not predicts_worse(old, new)
+    difference, std_error = compare(old, new)
+    return difference <= (0.0 if discrepancy_rises(before, after) else std_error)
 
 
 def is_as_good(before: Fit, after: Fit) -> bool:

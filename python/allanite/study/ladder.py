@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 from allanite import _kernels
 from allanite.common.numbers import number
 from allanite.common.showing import html_list, html_table
-from allanite.effects import title_of
+from allanite.effects import Effect, title_of
 from allanite.fit.rivals.evidence import MAX_RIVAL_LOG_EVIDENCE
 from allanite.fit.rivals.undecided import Undecided, undecided
 from allanite.fit.table import fit_table, undecided_sentence
@@ -23,7 +23,6 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
     from pathlib import Path
 
-    from allanite.effects import Effect
     from allanite.fit.result import Fit
     from allanite.plots import Figure
     from allanite.recording import Recording

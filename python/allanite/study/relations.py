@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from allanite.effects import Deterministic, Modifier
+from allanite.effects import Deterministic, Effect, Modifier
 from allanite.suggestion.constants import (
     MAX_BAND_WIDTH_RATIO,
     MAX_EXPLAINED_REMAINDER,
@@ -16,7 +16,6 @@ from allanite.suggestion.constants import (
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from allanite.effects import Effect
     from allanite.fit.result import Fit
 
 

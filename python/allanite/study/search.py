@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from allanite.common.threads import with_deadline
 from allanite.fit.kept import forget
 from allanite.fit.likelihood.remembered import trim_memory
-from allanite.study.ladder import Study
+from allanite.study.ladder import Rung, Study
 from allanite.study.steps import best_replacement, further_steps, step_and_suggestions
 from allanite.study.story import story, tried_and_dropped
 from allanite.suggestion.check import last_check
@@ -20,7 +20,6 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from allanite.fit.result import Fit
-    from allanite.study.ladder import Rung
     from allanite.suggestion import Check
 
 

@@ -26,7 +26,7 @@ from allanite.study.judgement import (
     predicts_as_well,
     score_change,
 )
-from allanite.study.ladder import kinds_added_again, rung_of
+from allanite.study.ladder import Rung, kinds_added_again, rung_of
 from allanite.study.moves.add import is_already_explained, with_addition, with_second_effect
 from allanite.study.moves.drop import models_with_one_dropped, without_needless
 from allanite.study.moves.merge import (
@@ -38,8 +38,8 @@ from allanite.study.moves.merge import (
 )
 from allanite.study.moves.narrow_bands import with_harmonics_or_side_bands
 from allanite.study.moves.replace import models_with_replacement
-from allanite.study.state import state_of
-from allanite.suggestion import explain_same_misfit
+from allanite.study.state import State, state_of
+from allanite.suggestion import Check, Suggestion, explain_same_misfit
 from allanite.suggestion.constants import (
     MAX_EVENT_LOG10_P,
     MAX_EXPLAINED_REMAINDER,
@@ -52,9 +52,6 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
     from allanite.fit.result import Fit
-    from allanite.study.ladder import Rung
-    from allanite.study.state import State
-    from allanite.suggestion import Check, Suggestion
 
     #: A step, and the suggestions that it adds.
     Found = tuple[Rung, tuple[Suggestion, ...]]

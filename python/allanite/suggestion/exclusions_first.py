@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.effects import Deterministic, Model, Modifier, Stochastic
+from allanite.effects import Deterministic, Effect, Model, Modifier, Stochastic
 from allanite.fit.engine import solve
-from allanite.fit.likelihood.whitened import expected_level
+from allanite.fit.likelihood.whitened import Whitened, expected_level
 from allanite.suggestion.constants import (
     LEVEL_CELLS,
     MAIN_SHARE,
@@ -32,9 +32,7 @@ from allanite.suggestion.screens.level_changes import level_series
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from allanite.effects import Effect
     from allanite.fit.likelihood.data import Data
-    from allanite.fit.likelihood.whitened import Whitened
     from allanite.fit.result import Fit
     from allanite.suggestion.suggest import Suggestion
 

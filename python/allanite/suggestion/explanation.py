@@ -9,12 +9,11 @@ import numpy as np
 from allanite.common.numbers import common_step, number, with_readable_numbers
 from allanite.common.parameters import Estimate
 from allanite.common.printing import printed
-from allanite.effects import Deterministic
+from allanite.effects import Deterministic, Effect
 from allanite.effects.sheet_units import in_sheet_unit
 from allanite.fit.rivals.columns import column_slopes
 
 if TYPE_CHECKING:
-    from allanite.effects import Effect
     from allanite.fit.result import Fit
     from allanite.suggestion.suggest import Suggestion
 

@@ -13,8 +13,8 @@ from dataclasses import replace
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
-from allanite.effects import Modifier
-from allanite.fit.likelihood.whitened import whiten
+from allanite.effects import Effect, Modifier
+from allanite.fit.likelihood.whitened import Whitened, whiten
 from allanite.fit.rivals.evidence import MAX_RIVAL_LOG_EVIDENCE
 from allanite.suggestion.constants import MIN_OVERDISPERSION_LEVEL_FIRST, MIN_SCORE_GAIN
 from allanite.suggestion.exclusions_first import (
@@ -29,8 +29,6 @@ from allanite.suggestion.exclusions_first import (
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from allanite.effects import Effect
-    from allanite.fit.likelihood.whitened import Whitened
     from allanite.fit.result import Fit
     from allanite.suggestion.suggest import Suggestion
 

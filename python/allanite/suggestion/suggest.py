@@ -20,10 +20,14 @@ import numpy as np
 from allanite.common.former import warn_of_former_name
 from allanite.common.numbers import number
 from allanite.common.threads import Pool
-from allanite.effects import Modifier
+from allanite.effects import Effect, Modifier
 from allanite.fit.estimates import estimates
 from allanite.fit.likelihood.remembered import trim_memory
-from allanite.fit.likelihood.whitened import replace_unsteady_ordinates, whitened_ordinates
+from allanite.fit.likelihood.whitened import (
+    Whitened,
+    replace_unsteady_ordinates,
+    whitened_ordinates,
+)
 from allanite.fit.result import Fit, parameter_dict
 from allanite.fit.rivals.evidence import discrepancy_gain, parameters_cost
 from allanite.fit.rivals.score import prior
@@ -49,8 +53,6 @@ T = TypeVar("T")
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from allanite.effects import Effect
-    from allanite.fit.likelihood.whitened import Whitened
     from allanite.fit.solution import Solution
 
     Progress = Callable[[int, int], None]

@@ -9,11 +9,10 @@ import numpy as np
 
 from allanite.common.numbers import with_readable_numbers
 from allanite.common.showing import brief
-from allanite.effects import CATALOG
+from allanite.effects import CATALOG, Effect
 from allanite.fit.rivals.evidence import bic_cost
 
 if TYPE_CHECKING:
-    from allanite.effects import Effect
     from allanite.fit.result import Fit
 
 

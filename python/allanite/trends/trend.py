@@ -33,7 +33,6 @@ from allanite.fit.stamped.candidates import (
 )
 from allanite.fit.stamped.likelihood import Regressed, StampedSeries, innovations
 from allanite.fit.stamped.noise import sampled_noise
-from allanite.fit.stamped.uncertainty import amplitude_errors
 from allanite.trends.design import J2000, PER, Functions, date_of, seconds_of
 
 if TYPE_CHECKING:
@@ -515,7 +514,7 @@ def _amplitude_estimates(
     """List of `Estimate`, the amplitude of each of `Functions.names` with its 95 % interval (Student's t)."""
     from scipy.special import stdtrit
 
-    errors, freedom = amplitude_errors(best)
+    errors, freedom = best.amplitude_errors()
     halves = stdtrit(freedom, 0.975) * errors
     columns = (best.regressed.amplitudes.tolist(), errors.tolist(), halves.tolist())
     # A rate or a height can have either sign, so that it always counts as detected.

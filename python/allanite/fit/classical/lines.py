@@ -11,14 +11,13 @@ from allanite import _kernels
 from allanite.common.arrays import Array, run_at
 from allanite.common.errors import TooShortError
 from allanite.common.parameters import NORMAL, Estimate
-from allanite.effects import standard
+from allanite.effects import StraightLine, standard
 from allanite.fit.likelihood.data import TAUS_PER_DECADE
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from allanite.deviation import Deviation
-    from allanite.effects import StraightLine
 
 #: Ratio of the longest to the shortest averaging time of a window in which a local slope is estimated.
 #: Chosen by judgment; not measured.

@@ -10,13 +10,12 @@ from numpy.typing import NDArray
 
 from allanite import _kernels
 from allanite.common.arrays import Array
-from allanite.effects import segment_weights
+from allanite.effects import Modifier, Stochastic, segment_weights
 from allanite.fit.likelihood.expected import density, relative_power_of_segments
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from allanite.effects import Modifier, Stochastic
     from allanite.fit.likelihood.data import Data
     from allanite.fit.solution import Process, Solution
 

@@ -20,7 +20,7 @@ from allanite.common.validation import check_size
 from allanite.deviation import oadev
 from allanite.fit.likelihood.peaks import has_all_ordinates
 from allanite.fit.likelihood.remembered import ArrayCache, series_cache, times_of
-from allanite.fit.likelihood.sections import SectionsOfSamples
+from allanite.fit.likelihood.sections import Sections, SectionsOfSamples
 from allanite.fit.likelihood.stop_band import bins_with_stop_band
 from allanite.recording.coarse_column import without_steps
 from allanite.recording.resolution import MIN_FLIPS
@@ -29,7 +29,6 @@ from allanite.spectrum import Bins, bridge_gaps
 if TYPE_CHECKING:
     from allanite.effects import Deterministic, Model, Stochastic
     from allanite.effects.terms import Term
-    from allanite.fit.likelihood.sections import Sections
     from allanite.recording import Recording
     from allanite.summary import Summary
 

@@ -14,7 +14,7 @@ from allanite.common.arrays import Array
 from allanite.common.memory import cleared_by_free_buffers
 from allanite.common.showing import brief
 from allanite.common.threads import stop_if_unwanted
-from allanite.effects import Model
+from allanite.effects import Model, Modifier, Stochastic
 from allanite.fit.likelihood.peaks import is_narrow, means_near
 from allanite.fit.likelihood.stop_band import EMPTY_BIN_DENSITY_FACTOR, is_empty
 from allanite.spectrum import Bins, bins_of
@@ -22,7 +22,6 @@ from allanite.spectrum import Bins, bins_of
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from allanite.effects import Modifier, Stochastic
     from allanite.effects.terms import Term
     from allanite.fit.likelihood.data import Data
 

@@ -8,12 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.common.arrays import Array
-from allanite.effects import Model, Stochastic
+from allanite.effects import Effect, Model, Stochastic
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from allanite.effects import Effect
     from allanite.fit.likelihood.data import Data
     from allanite.spectrum import Bins
 

@@ -27,7 +27,7 @@ from allanite import _kernels
 from allanite.common.arrays import Array, runs_of
 from allanite.common.threads import stop_if_unwanted
 from allanite.fit.engine import solve, with_coefficients
-from allanite.fit.likelihood.data import CACHE_BYTES_LOWEST, without_samples
+from allanite.fit.likelihood.data import CACHE_BYTES_LOWEST, Data, without_samples
 from allanite.fit.likelihood.expected import column, expected_power
 from allanite.fit.likelihood.remembered import ArrayCache
 from allanite.fit.likelihood.stop_band import EMPTY_BIN_FREEDOM, is_empty
@@ -37,7 +37,6 @@ from allanite.fit.missing.shares import MAX_CELLS, unknown_share
 
 if TYPE_CHECKING:
     from allanite.effects import Model
-    from allanite.fit.likelihood.data import Data
     from allanite.fit.solution import Solution
     from allanite.spectrum import Bins
 

@@ -6,13 +6,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from allanite.effects import Deterministic
+from allanite.effects import Deterministic, Effect
 from allanite.fit.shapes.deterministic import LOWEST_ORDINATES
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from allanite.effects import Effect
     from allanite.fit.likelihood.data import Data
     from allanite.fit.solution import Solution
 

@@ -8,11 +8,10 @@ import numpy as np
 
 from allanite.fit.likelihood.random_part import RandomPart
 from allanite.fit.rivals.line_trials import expected_line_gain
-from allanite.fit.solution import Process, Regressed
+from allanite.fit.solution import Fitted, Process, Regressed, Solution
 
 if TYPE_CHECKING:
     from allanite.fit.likelihood.data import Data
-    from allanite.fit.solution import Fitted, Solution
 
 #: Maximum difference in ln evidence of two models that the record cannot distinguish: odds of 20 : 1, "strong" evidence
 #: in Kass & Raftery (1995).

@@ -10,13 +10,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
-from allanite.effects import Deterministic, Stochastic
+from allanite.effects import Deterministic, Effect, Model, Stochastic
 from allanite.fit.rivals.evidence import MAX_RIVAL_LOG_EVIDENCE
-
-if TYPE_CHECKING:
-    from allanite.effects import Effect, Model
 
 #: Largest damping ratio of a mode of a structure or mount; a broader resonance may be the edge of a filter.
 #: Basis: measured with benches/claims/quantized_filters.py --records 4: of 24 filters with quantization, 18, 17 and 15 are

@@ -11,10 +11,9 @@ from allanite.common.files import write_text
 from allanite.common.former import Former
 from allanite.common.several import Several
 from allanite.fit.result import Fit
-from allanite.fit.several.many import of_fits
+from allanite.fit.several.many import ManyFits, of_fits
 
 if TYPE_CHECKING:
-    from allanite.fit.several.many import ManyFits
     from allanite.suggestion import Check
 
 

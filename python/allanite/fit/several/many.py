@@ -20,7 +20,7 @@ from allanite.common.numbers import number, probability_text
 from allanite.common.parameters import NORMAL, Estimate
 from allanite.common.printing import printed
 from allanite.common.showing import aligned_lines
-from allanite.effects import Deterministic, Stochastic
+from allanite.effects import Deterministic, Model, Stochastic
 from allanite.effects.sheet_units import in_sheet_unit
 from allanite.fit.estimates import has_interval
 from allanite.fit.likelihood.discrepancy import HALF_CHI2_95
@@ -31,7 +31,6 @@ from allanite.fit.table import estimate_cell
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from allanite.effects import Model
     from allanite.fit.result import Fit
 
 #: p-value below which recordings disagree, and a random-effects mean is reported: the usual 5 % level.

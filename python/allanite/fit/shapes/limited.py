@@ -11,12 +11,11 @@ from dataclasses import replace
 from math import isclose
 from typing import TYPE_CHECKING
 
-from allanite.effects import LIMIT_TOLERANCE, Deterministic, Limits, Model
+from allanite.effects import LIMIT_TOLERANCE, Deterministic, Effect, Limits, Model
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from allanite.effects import Effect
     from allanite.fit.solution import Solution
 
 #: Minimum ΔlogL to release a parameter from its limit. Chosen by judgment; not measured.

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from allanite.common.arrays import Array
-from allanite.effects import Stochastic
+from allanite.effects import Model, Stochastic
 from allanite.fit.likelihood.discrepancy import (
     MarginalLikelihood,
     likelihood,
@@ -24,7 +24,6 @@ from allanite.fit.likelihood.expected import column_of, columns
 from allanite.fit.likelihood.peaks import is_fitted_to_ordinates
 
 if TYPE_CHECKING:
-    from allanite.effects import Model
     from allanite.fit.likelihood.data import Data
     from allanite.fit.likelihood.random_part import Linear, RandomPart
     from allanite.fit.likelihood.whittle import Maximum

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.common.arrays import Array
-from allanite.effects import Deterministic, Model, Modifier, Stochastic
+from allanite.effects import Deterministic, Effect, Model, Modifier, Stochastic
 from allanite.fit.likelihood.expected import column_of
 from allanite.fit.likelihood.whittle import Maximum, climb_many
 from allanite.fit.models import with_effect
@@ -22,7 +22,6 @@ from allanite.fit.shapes.polish import polish
 from allanite.spectrum.spectrum import cells_of
 
 if TYPE_CHECKING:
-    from allanite.effects import Effect
     from allanite.fit.likelihood.random_part import RandomPart
 
 

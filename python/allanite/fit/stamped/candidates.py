@@ -11,13 +11,12 @@ import numpy as np
 from allanite.common.arrays import Array
 from allanite.common.errors import InputError
 from allanite.common.threads import stop_if_unwanted
-from allanite.effects import Model
+from allanite.effects import Model, Stochastic
 from allanite.fit.stamped.noise import StampedNoise, sum_of_noises
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from allanite.effects import Stochastic
     from allanite.effects.terms import Term
     from allanite.fit.stamped.likelihood import Regressed, StampedSeries
 
@@ -130,6 +129,32 @@ class FittedNoise:
         # Limit the uncertainty in directions in which the likelihood is nearly flat.
         values = np.maximum(values, MIN_CURVATURE)
         return np.asarray((vectors / values) @ vectors.T)
+
+    def amplitude_errors(self) -> tuple[Array, Array]:
+        """Pair of arrays, shape (k,): standard errors of the amplitudes of the known functions, and degrees of freedom."""
+        neighbors = [
+            (r.amplitudes, r.covariance.diagonal()) for pair in self.neighbors for r in pair
+        ]
+        return self.combined_errors(neighbors, self.regressed.covariance.diagonal())
+
+    def combined_errors(
+        self, neighbors: list[tuple[Array, Array]], variance: Array
+    ) -> tuple[Array, Array]:
+        """Pair of arrays, shape (k,): standard errors of k values, and their degrees of freedom (at least 1).
+
+        The errors include the uncertainty of the noise parameters. `variance` is that of the values under the fitted noise.
+        Twice the variance of the values over the uncertain parameters is added (Kenward & Roger 1997). The degrees of
+        freedom follow from the variance of the variance (Satterthwaite 1946). `neighbors` holds (values, variances) one
+        step below and above the fit, for each noise parameter in turn.
+        """
+        pairs = list(zip(neighbors[::2], neighbors[1::2], strict=True))
+        moved, changed = (
+            np.array([b[q] - a[q] for a, b in pairs]) * (0.5 / CURVATURE_STEP) for q in (0, 1)
+        )
+        more = np.einsum("ki,kl,li->i", moved, self.covariance, moved)
+        scatter = np.einsum("ki,kl,li->i", changed, self.covariance, changed)
+        freedom = 2.0 * variance**2 / np.maximum(scatter, 1e-300)
+        return np.sqrt(variance + 2.0 * more), np.maximum(freedom, 1.0)
 
 
 def fit_noise(

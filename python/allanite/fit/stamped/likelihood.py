@@ -12,14 +12,12 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from allanite import _kernels
 from allanite.common.arrays import Array
 
 if TYPE_CHECKING:
-    from numpy.typing import ArrayLike
-
     from allanite.fit.stamped.noise import StampedNoise
 
 #: Minimum pivot of a Cholesky factor that is used. Products have a relative error of 1e-16, so that the square of this

@@ -15,7 +15,7 @@ from allanite.study.judgement import (
     score_change,
 )
 from allanite.study.relations import is_same_feature, lies_mostly_within
-from allanite.study.state import places_lost
+from allanite.study.state import State, places_lost
 from allanite.suggestion.check import last_check
 from allanite.suggestion.constants import MAX_FORMS_TRIED
 
@@ -23,7 +23,6 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from allanite.fit.result import Fit
-    from allanite.study.state import State
     from allanite.suggestion import Check, Suggestion
 
 

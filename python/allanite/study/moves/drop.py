@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from allanite.effects import Deterministic
+from allanite.effects import Deterministic, Model
 from allanite.fit import refitted
 from allanite.fit.estimates import min_detected_delta_logl
 from allanite.fit.models import without_effect
@@ -16,16 +16,14 @@ from allanite.fit.rivals.alternatives import (
 )
 from allanite.fit.rivals.evidence import evidence_gain
 from allanite.fit.rivals.score import prior
-from allanite.fit.solution import Regressed
+from allanite.fit.solution import Regressed, Solution
 from allanite.study.judgement import is_as_good, no_error_rises
 from allanite.suggestion.constants import MIN_SCORE_GAIN
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterator
 
-    from allanite.effects import Model
     from allanite.fit.result import Fit
-    from allanite.fit.solution import Solution
     from allanite.study.state import State
 
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from allanite.effects import CATALOG, Deterministic, Model, Modifier, Stochastic
+from allanite.effects import CATALOG, Deterministic, Effect, Model, Modifier, Stochastic
 from allanite.fit import refitted
 from allanite.fit.likelihood.peaks import MAX_MISSING_FRACTION
 from allanite.fit.likelihood.whitened import whiten
@@ -33,7 +33,6 @@ from allanite.suggestion.unexplained_shape import unexplained_effect
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterable, Sequence
 
-    from allanite.effects import Effect
     from allanite.fit.result import Fit
     from allanite.study.ladder import Rung
     from allanite.study.state import State

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.effects import CATALOG, Model, Stochastic
+from allanite.effects import CATALOG, Effect, Model, Stochastic
 from allanite.fit import refitted
 from allanite.fit.likelihood.peaks import has_ordinates_near
 from allanite.fit.likelihood.whitened import whitened_ordinates
@@ -24,7 +24,6 @@ from allanite.suggestion.p_values import min_significant_score
 from allanite.suggestion.screens.drifting_bands import bands_that_may_move, screen_drifting_bands
 
 if TYPE_CHECKING:
-    from allanite.effects import Effect
     from allanite.fit.likelihood.data import Data
     from allanite.fit.result import Fit
     from allanite.study.state import State

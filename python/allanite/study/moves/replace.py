@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from allanite.effects import Modifier
+from allanite.effects import Effect, Model, Modifier
 from allanite.fit.rivals.evidence import MAX_RIVAL_LOG_EVIDENCE
 from allanite.fit.rivals.replacements import replacements
 from allanite.fit.rivals.score import is_broad
@@ -13,7 +13,6 @@ from allanite.suggestion.constants import MIN_SCORE_GAIN
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from allanite.effects import Effect, Model
     from allanite.fit.result import Fit
 
 

@@ -17,7 +17,7 @@ from allanite.fit.likelihood.bands_in_time import (
     cell_shares,
     density_shares,
 )
-from allanite.fit.likelihood.whitened import MIN_WHITE_SHARE
+from allanite.fit.likelihood.whitened import MIN_WHITE_SHARE, Whitened
 from allanite.fit.rivals.evidence import MAX_RIVAL_LOG_EVIDENCE
 from allanite.suggestion.constants import (
     FALSE_ALARM_PROBABILITY,
@@ -42,7 +42,6 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
 
     from allanite.fit.likelihood.data import Data
-    from allanite.fit.likelihood.whitened import Whitened
     from allanite.fit.solution import Process, Solution
 
 Array = NDArray[np.float64]

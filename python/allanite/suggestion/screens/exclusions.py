@@ -12,8 +12,8 @@ from allanite.common.arrays import medians
 from allanite.criticism.over_time import overdispersion
 from allanite.effects import CATALOG, Model, Modifier
 from allanite.fit.engine import solve
-from allanite.fit.likelihood.data import without_samples
-from allanite.fit.likelihood.whitened import end_samples, rounding_step
+from allanite.fit.likelihood.data import Data, without_samples
+from allanite.fit.likelihood.whitened import Whitened, end_samples, rounding_step
 from allanite.fit.missing.completion import complete
 from allanite.recording.repeats import longest_run, share_of_repeats_followed
 from allanite.recording.tails import outlier_limit
@@ -46,8 +46,6 @@ from allanite.suggestion.screens._screen import Candidate, Context, Screen
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
-    from allanite.fit.likelihood.data import Data
-    from allanite.fit.likelihood.whitened import Whitened
     from allanite.fit.solution import Solution
 
 #: Maximum number of places of the record at which the usual distance between neighbors is measured.

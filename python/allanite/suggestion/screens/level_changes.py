@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from allanite.effects import CATALOG, Modifier
 from allanite.fit.engine import solve
 from allanite.fit.likelihood.changing_power import mean_squared_level, peak_level
-from allanite.fit.likelihood.whitened import end_samples, white_power, whiten
+from allanite.fit.likelihood.whitened import Whitened, end_samples, white_power, whiten
 from allanite.fit.rivals.evidence import MAX_RIVAL_LOG_EVIDENCE
 from allanite.suggestion.constants import (
     FALSE_ALARM_PROBABILITY,
@@ -42,7 +42,6 @@ from allanite.suggestion.screens.level_forms import (
 
 if TYPE_CHECKING:
     from allanite.fit.likelihood.data import Data
-    from allanite.fit.likelihood.whitened import Whitened
     from allanite.fit.solution import Solution
 
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from allanite.common.showing import brief
 from allanite.criticism.over_time import overdispersion
-from allanite.effects import CATALOG, Modifier
+from allanite.effects import CATALOG, Model, Modifier
 from allanite.fit.likelihood.whitened import cell_means
 from allanite.recording.audit import MAX_ROUNDING_SHARE
 from allanite.recording.tails import coarse_step
@@ -27,7 +27,6 @@ from allanite.suggestion.screens._screen import Candidate
 from allanite.suggestion.screens.level_borders import most_likely_borders
 
 if TYPE_CHECKING:
-    from allanite.effects import Model
     from allanite.fit.likelihood.data import Data
 
 Array = NDArray[np.float64]

@@ -16,7 +16,7 @@ import numpy as np
 
 from allanite.common.parameters import NORMAL
 from allanite.common.threads import Pool
-from allanite.effects import CATALOG, Deterministic, Stochastic
+from allanite.effects import CATALOG, Deterministic, Effect, Stochastic
 from allanite.fit.engine import solve
 from allanite.fit.estimates import deterministic_shape_error, shape_error
 from allanite.fit.likelihood.remembered import trim_memory
@@ -54,7 +54,6 @@ from allanite.suggestion.screens._screen import (
 from allanite.suggestion.screens.several_excursions import several_excursions
 
 if TYPE_CHECKING:
-    from allanite.effects import Effect
     from allanite.fit.likelihood.data import Data
     from allanite.fit.likelihood.expected import Noise
 

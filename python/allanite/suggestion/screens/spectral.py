@@ -23,7 +23,7 @@ from allanite.fit.likelihood.peaks import (
     is_fitted_to_ordinates,
 )
 from allanite.fit.likelihood.random_part import RandomPart
-from allanite.fit.likelihood.whittle import climb_many
+from allanite.fit.likelihood.whittle import Maximum, climb_many
 from allanite.fit.rivals.line_trials import line_trials
 from allanite.fit.shapes.narrow import is_flat_near
 from allanite.fit.shapes.polish import polish
@@ -49,12 +49,7 @@ from allanite.suggestion.p_values import Family, arc_length, log_p_value
 from allanite.suggestion.screens._screen import Candidate, Context, Screen
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from numpy.typing import NDArray
-
     from allanite.fit.likelihood.data import Data
-    from allanite.fit.likelihood.whittle import Maximum
     from allanite.fit.solution import Solution
 
 #: Number of Fisher scoring steps in the scan over other designs of a filter.
