@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -9,6 +10,7 @@ from numpy.typing import NDArray
 
 from allanite import _kernels
 from allanite.common.arrays import Array
+from allanite.common.memory import cleared_by_free_buffers
 
 if TYPE_CHECKING:
     from allanite.spectrum import Bins
@@ -26,6 +28,17 @@ def _coupling(missing: Mask) -> Array:
     transform = _kernels.cosine_transform(missing.astype(np.float64)) * np.sqrt(0.5 / n)
     transform[0] = 0.0
     return np.asarray(np.concatenate([transform, [0.0], transform[:0:-1]]) ** 2)
+
+
+@cleared_by_free_buffers
+@lru_cache(maxsize=4)
+def _squared_correlations_cached(packed: bytes, n: int, edges: bytes) -> Array:
+    """`squared_correlations`, cached for `packed`, the mask of n samples from `numpy.packbits`, and the int64 `edges`.
+
+    Intervals of every fit of a search need them, and they take 0.2 s for a million samples.
+    """
+    missing = np.unpackbits(np.frombuffer(packed, dtype=np.uint8), count=n).astype(bool)
+    return squared_correlations(missing, np.frombuffer(edges, dtype=np.int64))
 
 
 def squared_correlations(missing: Mask, edges: NDArray[np.int64]) -> Array:
@@ -72,7 +85,11 @@ def mixing_of(missing: Mask, share: Array, bins: Bins) -> Array:
     number = np.diff(bins.edges).astype(float)
     unknown = np.add.reduceat(share, bins.edges[:-1]) / number
     source = np.add.reduceat(share * (1.0 - share), bins.edges[:-1]) / number
-    coupled = np.maximum(squared_correlations(missing, bins.edges), 0.0) * source
+    edges = np.ascontiguousarray(bins.edges, dtype=np.int64)
+    pairs = _squared_correlations_cached(
+        np.packbits(missing).tobytes(), missing.size, edges.tobytes()
+    )
+    coupled = np.maximum(pairs, 0.0) * source
     total = coupled.sum(axis=1)
     out = coupled * (unknown / np.maximum(total, 1e-300))[:, None]
     at = np.arange(number.size)
