@@ -191,7 +191,7 @@ class Fit:
         """
         s = self.solution
         best = float(-0.5 * s.count @ (np.log(s.power) + 1.0))
-        plain = marginal_likelihood(s.power, s.count, s.spectrum, s.scale).log_likelihood
+        plain, _ = marginal_likelihood(s.power, s.count, s.spectrum, s.scale)
         return best - plain - expected_saturated_gain(s.count)
 
     @property

@@ -144,9 +144,24 @@ class SummaryData(Data):
         return np.asarray(found * factors / covered)
 
     @property
-    def maps(self) -> Maps:
-        """`Maps`: power over time of the octaves of the summary."""
-        return Maps(self.reading, self.rate, self.summary.start, self.summary.n)
+    def limits(self) -> tuple[float, float]:
+        """Pair: lowest and highest frequency whose power over time is kept, Hz."""
+        top = LOW / SEGMENT * self.rate
+        return top / (1 << len(self.reading.octaves)), top
+
+    @property
+    def time_cells(self) -> Array:
+        """Array of the edges of 160 equal time cells (`TIME_CELLS`), in samples of the record, shape (161,)."""
+        return np.linspace(0.0, self.summary.n, TIME_CELLS + 1)
+
+    def block_edges(self, blocks: Blocks, level: int) -> Array:
+        """Edges of successive time `blocks` of octave `level`, in samples of the record, shape (blocks + 1,).
+
+        Octaves are numbered from 0, the highest. Edges outside the record are moved to its ends.
+        """
+        size = float((TILE << blocks.size) << level)
+        edges = (blocks.first + np.arange(blocks.frames.size + 1)) * size - self.summary.start
+        return np.asarray(edges.clip(0.0, self.summary.n))
 
     def octaves(self, expected: Any, relative_power: Any) -> list[tuple[int, int, Array, float]]:
         """List of (first ordinate, end ordinate, power, number), one for each octave with segments, highest first.
@@ -154,19 +169,18 @@ class SummaryData(Data):
         The arguments and the values are those of `Data.octaves`, with 160 time cells. Cells without a segment are
         interpolated, so that they show no change.
         """
-        out, maps = [], self.maps
-        cut = self.n
+        out, cut = [], self.n
         for level, octave in enumerate(self.reading.octaves):
             per, blocks = self.n / (SEGMENT << level), octave.blocks
             edges, middle, left = fine_bands(level)
             j = np.clip(np.round(middle * per), 1, self.n - 1).astype(np.int64)
-            at = maps.edges(blocks, level)
+            at = self.block_edges(blocks, level)
             times = self.span[0] + 0.5 * (at[1:] + at[:-1]) / self.rate
             model = expected(j) * np.diff(edges) * left * relative_power(j, times)
             model = model.reshape(-1, BANDS, FINE // BANDS).sum(axis=2)
             power = (blocks.sums.value / model).mean(axis=1)
             total, frames = (
-                redistributed(values, at, maps.cells) for values in (power, blocks.frames)
+                redistributed(values, at, self.time_cells) for values in (power, blocks.frames)
             )
             low, high = self._first_of(level), min(round(2 * LOW * per), cut)
             cut = low
@@ -188,7 +202,15 @@ class SummaryData(Data):
         """
         levels = range(len(self.reading.octaves))
         level = next((level for level in levels if self._first_of(level) == first), None)
-        return power if level is None else self.maps.at_octave_resolution(power, level)
+        if level is None:
+            return power
+        edges = np.unique(self.block_edges(self.reading.octaves[level].blocks, level))
+        # Incomplete blocks at the ends are joined with their neighbor.
+        edges[0], edges[-1] = 0.0, self.summary.n
+        cells, sizes = self.time_cells, np.diff(edges)
+        sums, parts = (redistributed(v, cells, edges) for v in (power, np.ones(TIME_CELLS)))
+        total, whole = (redistributed(v, edges, cells) for v in (sums / parts * sizes, sizes))
+        return total / whole
 
     def resolved_sections(
         self, band: tuple[float, float], max_number: int, min_product: float
@@ -203,7 +225,7 @@ class SummaryData(Data):
         - The width of the band times the duration of a segment is below `min_product`.
         """
         low, high = band
-        bottom, top = self.maps.limits
+        bottom, top = self.limits
         if not bottom < 0.5 * (low + high) < top or self.lost > MAX_MISSING_FRACTION:
             return 0
         level = int(np.log2(top / (0.5 * (low + high))))
@@ -222,78 +244,30 @@ class SummaryData(Data):
 
         Known functions of time of the model lie below the stored frequencies and need not be removed.
         """
-        return SectionsOfSummary(self.maps, number)
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Maps:
-    """Power over time of a summary on the time axis of its record, of n samples at `rate` Hz.
-
-    `start` is the index of the record's first sample in its stream. Octaves are numbered by `level` from 0, the highest.
-    """
-
-    reading: Reading
-    rate: float
-    start: int
-    n: int
-
-    __repr__ = brief
-
-    @property
-    def limits(self) -> tuple[float, float]:
-        """Pair: lowest and highest frequency whose power over time is kept, Hz."""
-        top = LOW / SEGMENT * self.rate
-        return top / (1 << len(self.reading.octaves)), top
-
-    @property
-    def cells(self) -> Array:
-        """Array of the edges of 160 equal time cells (`TIME_CELLS`), in samples of the record, shape (161,)."""
-        return np.linspace(0.0, self.n, TIME_CELLS + 1)
-
-    def edges(self, blocks: Blocks, level: int) -> Array:
-        """Edges of successive time `blocks` of octave `level`, in samples of the record, shape (blocks + 1,).
-
-        Edges outside the record are moved to its ends.
-        """
-        size = float((TILE << blocks.size) << level)
-        edges = (blocks.first + np.arange(blocks.frames.size + 1)) * size - self.start
-        return np.asarray(edges.clip(0.0, self.n))
-
-    def at_octave_resolution(self, power: Array, level: int) -> Array:
-        """`power` in 160 equal time cells, averaged within the time blocks for which the summary keeps octave `level`."""
-        edges = np.unique(self.edges(self.reading.octaves[level].blocks, level))
-        # Incomplete blocks at the ends are joined with their neighbor.
-        edges[0], edges[-1] = 0.0, self.n
-        means = redistributed(power, self.cells, edges) / redistributed(
-            np.ones(TIME_CELLS), self.cells, edges
-        )
-        sizes = np.diff(edges)
-        return redistributed(means * sizes, edges, self.cells) / redistributed(
-            sizes, edges, self.cells
-        )
+        return SectionsOfSummary(self, number)
 
 
 class SectionsOfSummary:
     """`number` equal time sections of a summary's spectrogram."""
 
-    def __init__(self, maps: Maps, number: int) -> None:
-        self.maps, self.number, self.limits = maps, number, maps.limits
+    def __init__(self, data: SummaryData, number: int) -> None:
+        self.data, self.number, self.limits = data, number, data.limits
 
     def cells(self, within: tuple[float, float], _step: float) -> Cells:
         """`Cells`: power of each section in the stored frequency cells between the two frequencies `within`, Hz.
 
         The width of the cells is fixed by the summary; `_step` is not used.
         """
-        maps, power, count, at = self.maps, [], [], []
-        ends = np.linspace(0.0, maps.n, self.number + 1)
-        for level, octave in enumerate(maps.reading.octaves):
+        data, power, count, at = self.data, [], [], []
+        ends = np.linspace(0.0, data.summary.n, self.number + 1)
+        for level, octave in enumerate(data.reading.octaves):
             edges, middle, left = fine_bands(level)
-            hertz = maps.rate / (2.0 * SEGMENT * (1 << level))
+            hertz = data.rate / (2.0 * SEGMENT * (1 << level))
             inside = (edges[:-1] * hertz > within[0]) & (edges[1:] * hertz < within[1])
             if not inside.any():
                 continue
             # Fraction of each block that lies in each section.
-            block = maps.edges(octave.sections, level)
+            block = data.block_edges(octave.sections, level)
             common = np.minimum(ends[1:, None], block[1:]) - np.maximum(ends[:-1, None], block[:-1])
             share = np.clip(common, 0.0, None) / np.maximum(np.diff(block), 1e-9)
             number = np.outer(share @ octave.sections.frames, np.diff(edges))[:, inside]

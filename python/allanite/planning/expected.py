@@ -18,7 +18,7 @@ from allanite.common.arrays import Array
 from allanite.common.errors import InputError, TooShortError
 from allanite.effects import Deterministic, Model
 from allanite.fit.engine import with_coefficients
-from allanite.fit.likelihood.data import MIN_SAMPLES, Data, SampleData
+from allanite.fit.likelihood.data import MIN_SAMPLES, Data
 from allanite.fit.likelihood.expected import column, columns
 from allanite.fit.likelihood.random_part import RandomPart
 from allanite.fit.shapes.deterministic import comb_ordinates, ordinates_of_line
@@ -53,7 +53,7 @@ def blank_data(n: int, rate: float) -> Data:
             " lower the rate or the duration"
         )
     nothing = np.broadcast_to(np.float64(0.0), (n,))
-    return SampleData(nothing, nothing, rate, bins_of(n))
+    return Data(nothing, nothing, rate, bins_of(n))
 
 
 def coarse_data(data: Data, covariates: Columns | None = None) -> Data:
@@ -68,7 +68,7 @@ def coarse_data(data: Data, covariates: Columns | None = None) -> Data:
         for name, make in (covariates or {}).items()
     }
     nothing = np.broadcast_to(np.float64(0.0), (n,))
-    return SampleData(nothing, nothing, rate, bins_of(n), given, start)
+    return Data(nothing, nothing, rate, bins_of(n), given, start)
 
 
 def require_values(model: Model) -> None:

@@ -16,10 +16,7 @@ from allanite.effects import Deterministic
 from allanite.fit.prediction import compare
 from allanite.fit.rivals.evidence import evidence_gain
 from allanite.fit.rivals.score import prior_change
-from allanite.suggestion.constants import (
-    MAX_ALLAN_ERROR_SCATTERS,
-    MAX_EVENT_LOG10_P,
-)
+from allanite.suggestion.constants import MAX_ALLAN_ERROR_SCATTERS, MAX_EVENT_LOG10_P
 from allanite.suggestion.screens.slow_functions import has_known_time
 
 if TYPE_CHECKING:

@@ -40,11 +40,7 @@ from allanite.study.moves.narrow_bands import with_harmonics_or_side_bands
 from allanite.study.moves.replace import models_with_replacement
 from allanite.study.state import State, state_of
 from allanite.suggestion import Check, Suggestion, explain_same_misfit
-from allanite.suggestion.constants import (
-    MAX_EVENT_LOG10_P,
-    MAX_EXPLAINED_REMAINDER,
-    MIN_SCORE_GAIN,
-)
+from allanite.suggestion.constants import MAX_EVENT_LOG10_P, MAX_EXPLAINED_REMAINDER, MIN_SCORE_GAIN
 from allanite.suggestion.exclusions_first import excludes_or_changes_level
 from allanite.suggestion.screens.slow_functions import has_known_time
 
@@ -231,11 +227,7 @@ def _new_times_are_known(before: State, after: State) -> bool:
 
 
 def _step_with(
-    ladder: Sequence[Rung],
-    before: State,
-    suggestion: Suggestion,
-    check: Check,
-    alone: bool = False,
+    ladder: Sequence[Rung], before: State, suggestion: Suggestion, check: Check, alone: bool = False
 ) -> Found | None:
     """Pair (`Rung`, suggestions): step that adds `suggestion`, and all suggestions that it adds; None if it is refused.
 

@@ -7,10 +7,4 @@ Input: a fit. Output: a `Check` with suggestions, best first. Add a search for o
 from allanite.suggestion.check import Check, check_fit
 from allanite.suggestion.suggest import Suggestion, explain_same_misfit, suggest
 
-__all__ = [
-    "Check",
-    "Suggestion",
-    "check_fit",
-    "explain_same_misfit",
-    "suggest",
-]
+__all__ = ["Check", "Suggestion", "check_fit", "explain_same_misfit", "suggest"]

@@ -16,10 +16,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.suggestion.constants import (
-    FALSE_ALARM_PROBABILITY,
-    LEVEL_CELLS,
-)
+from allanite.suggestion.constants import FALSE_ALARM_PROBABILITY, LEVEL_CELLS
 
 
 @dataclass(frozen=True, slots=True)

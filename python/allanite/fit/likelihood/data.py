@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
@@ -46,12 +45,12 @@ TAUS_PER_DECADE = 8
 CACHE_BYTES_LOWEST = 1 << 25
 
 
+@align_when_unpickled
 @dataclass(frozen=True, slots=True, eq=False)
-class Data(ABC):
-    """A record prepared for fitting: what fits, checks and suggestions ask of it. U is the unit of the samples.
+class Data:
+    """A record prepared for fitting, with all its n samples and ordinates. U is the unit of the samples.
 
-    Subclasses are `SampleData`, with all n samples and ordinates of a recording, and `SummaryData`, with the lower rate
-    and the lowest ordinates that a summary keeps.
+    The subclass `SummaryData` has the lower rate and the lowest ordinates that a summary keeps.
 
     Attributes
     ----------
@@ -109,7 +108,7 @@ class Data(ABC):
     __repr__ = brief
 
     #: True if every sample and every ordinate is kept: `samples` and `ordinates` have the shape (n,).
-    whole: ClassVar[bool]
+    whole: ClassVar[bool] = True
 
     @property
     def n(self) -> int:
@@ -123,9 +122,12 @@ class Data(ABC):
         return times_of(self.samples.size, self.rate / self.factor, middle)
 
     @property
-    @abstractmethod
     def lost(self) -> float:
         """Fraction of the samples that are missing, 0 … 1."""
+        missing = self.missing
+        if missing is None:
+            return 0.0
+        return float(self.of_bins.get("lost", lambda: missing.mean(keepdims=True))[0])
 
     @property
     def power(self) -> Array:
@@ -188,34 +190,37 @@ class Data(ABC):
         found = _kernels.cosine_transform(np.ascontiguousarray(series))
         return found if self.whole else found[: self.ordinates.size] * np.sqrt(self.factor)
 
-    @abstractmethod
     def factors(self) -> NDArray[np.int64]:
-        """Array of the averaging factors of the Allan curve, in samples of the record, at most a third of the record."""
+        """Array of the averaging factors of the Allan curve: eight per decade from 1, up to a third of the record."""
+        return averaging_factors(self.n // 3)
 
-    @abstractmethod
     def deviation(self, factors: NDArray[np.int64], subtracted: Array | None = None) -> Array:
-        """Array of the overlapping Allan deviation of the record, U, at the averaging `factors`, shape of `factors`.
+        """Array of the overlapping Allan deviation, U, of the samples minus the signal `subtracted`, shape of `factors`."""
+        return self.deviation_of(
+            self.samples if subtracted is None else self.samples - subtracted, factors
+        )
 
-        The signal `subtracted`, shape (kept,), is first subtracted; None subtracts nothing.
-        """
-
-    @abstractmethod
     def deviation_of(self, signal: Array, factors: NDArray[np.int64]) -> Array:
         """Array of the overlapping Allan deviation, U, of a signal sampled at `time`, at the averaging `factors`."""
+        stop_if_unwanted()
+        return oadev(signal, rate=self.rate, factors=factors).deviation
 
-    @abstractmethod
     def resolved_sections(
         self, band: tuple[float, float], max_number: int, min_product: float
     ) -> int:
         """Number of equal time sections in which a band (low, high), Hz, can be followed; 0 if it cannot.
 
-        It is `max_number`, halved as often as needed. The bandwidth times the duration of what resolves the frequencies, a
-        section of samples or a segment of a summary, must reach `min_product`.
+        The number is `max_number`, halved until the bandwidth times the duration of a section reaches `min_product`. It is
+        0 if over 10 % of the samples are missing.
         """
+        number = max_number if has_all_ordinates(self) else 0
+        while number and (band[1] - band[0]) * self.duration / number < min_product:
+            number //= 2
+        return number
 
-    @abstractmethod
     def sections(self, model: Model, number: int) -> Sections:
-        """`Sections`: power over time of the record, without the model's known functions, in `number` equal sections."""
+        """`SectionsOfSamples`: samples minus the model's known functions of time, cut into `number` equal time sections."""
+        return SectionsOfSamples(self.residual(model), self.rate, number)
 
     def octaves(
         self,
@@ -295,62 +300,14 @@ class Data(ABC):
         return ordinates if self.gain is None else ordinates * self.gain[j]
 
 
-@align_when_unpickled
-@dataclass(frozen=True, slots=True, eq=False, repr=False)
-class SampleData(Data):
-    """A recording prepared for fitting, with all its samples and ordinates: kept and known are n."""
-
-    whole = True
-
-    @property
-    def lost(self) -> float:
-        """Fraction of the samples that are missing, 0 … 1."""
-        missing = self.missing
-        if missing is None:
-            return 0.0
-        return float(self.of_bins.get("lost", lambda: missing.mean(keepdims=True))[0])
-
-    def factors(self) -> NDArray[np.int64]:
-        """Array of the averaging factors of the Allan curve: eight per decade from 1, up to a third of the record."""
-        return averaging_factors(self.n // 3)
-
-    def deviation(self, factors: NDArray[np.int64], subtracted: Array | None = None) -> Array:
-        """Array of the overlapping Allan deviation, U, of the samples minus the signal `subtracted`, shape of `factors`."""
-        return self.deviation_of(
-            self.samples if subtracted is None else self.samples - subtracted, factors
-        )
-
-    def deviation_of(self, signal: Array, factors: NDArray[np.int64]) -> Array:
-        """Array of the overlapping Allan deviation, U, of a signal sampled at `time`, at the averaging `factors`."""
-        stop_if_unwanted()
-        return oadev(signal, rate=self.rate, factors=factors).deviation
-
-    def resolved_sections(
-        self, band: tuple[float, float], max_number: int, min_product: float
-    ) -> int:
-        """Number of equal time sections in which a band (low, high), Hz, can be followed; 0 if it cannot.
-
-        The number is `max_number`, halved until the bandwidth times the duration of a section reaches `min_product`. It is
-        0 if over 10 % of the samples are missing.
-        """
-        number = max_number if has_all_ordinates(self) else 0
-        while number and (band[1] - band[0]) * self.duration / number < min_product:
-            number //= 2
-        return number
-
-    def sections(self, model: Model, number: int) -> Sections:
-        """`SectionsOfSamples`: samples minus the model's known functions of time, cut into `number` equal time sections."""
-        return SectionsOfSamples(self.residual(model), self.rate, number)
-
-
 def averaging_factors(top: int) -> NDArray[np.int64]:
     """Array of integer averaging factors from 1 to about `top`, eight per decade, ascending; [1] for a `top` below 1."""
     at = np.arange(0.0, np.log10(max(1, top)) + 1e-9, 1 / TAUS_PER_DECADE)
     return np.unique(np.round(10**at).astype(np.int64))
 
 
-def prepare(recording: Recording | Summary, missing: NDArray[np.bool_] | None = None) -> SampleData:
-    """`SampleData` of a one-column recording; `missing` are samples to treat as missing in addition to NaN.
+def prepare(recording: Recording | Summary, missing: NDArray[np.bool_] | None = None) -> Data:
+    """`Data` of a one-column recording; `missing` are samples to treat as missing in addition to NaN.
 
     `InputError` for infinite samples, several columns, or a largest deviation from the mean that is not within 1e-75 to
     1e75. `TooShortError` for fewer than 32 or one in 200 samples present, constant samples, or fewer than 10 changes of
@@ -419,11 +376,11 @@ def _sample_data(
     rate: float,
     covariates: Mapping[str, Array],
     start: float = 0.0,
-) -> SampleData:
-    """`SampleData` of the bridged samples `filled`, which are not completed yet, with empty caches."""
+) -> Data:
+    """`Data` of the bridged samples `filled`, which are not completed yet, with empty caches."""
     ordinates, cache = _kernels.cosine_transform(filled), series_cache(filled.size)
     bins = bins_with_stop_band(ordinates)
-    return SampleData(filled, ordinates, rate, bins, covariates, start, missing, functions=cache)
+    return Data(filled, ordinates, rate, bins, covariates, start, missing, functions=cache)
 
 
 def without_samples(data: Data, missing: NDArray[np.bool_]) -> Data:

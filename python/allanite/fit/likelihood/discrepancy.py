@@ -13,7 +13,6 @@ The sum is computed by the core (`_kernels.Likelihood`), with 14 nodes in w.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
@@ -21,7 +20,6 @@ import numpy as np
 from allanite import _kernels
 from allanite.common.arrays import Array
 from allanite.common.parameters import NORMAL
-from allanite.common.showing import brief
 from allanite.common.threads import stop_if_unwanted
 from allanite.spectrum.spectrum import cells_of
 
@@ -34,19 +32,6 @@ SCALES = np.geomspace(1e-3, 3.0, 57)
 #: coefficients near 0 use it too: a one-sided limit (1.3528), chosen by the data instead of an interval, would miss 5 %
 #: above and 2.5 % below. K of a short N+B+K would be covered by 88 %.
 HALF_CHI2_95 = 0.5 * NORMAL**2
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class MarginalLikelihood:
-    """Marginal likelihood of a spectrum at one discrepancy δ, in units of the Whittle likelihood −½ Σ n (ln S + I/S).
-
-    `weight`, shape (bins,), are the effective degrees of freedom of each bin, at most its count.
-    """
-
-    log_likelihood: float
-    weight: Array
-
-    __repr__ = brief
 
 
 @lru_cache(maxsize=64)
@@ -70,9 +55,13 @@ def likelihood(count: Array, *, cells: bool = False) -> _kernels.Likelihood:
 
 def marginal_likelihood(
     power: Array, count: Array, spectrum: Array, scale: int | None
-) -> MarginalLikelihood:
-    """`MarginalLikelihood` of a spectrum at the discrepancy δ = SCALES[scale], or at δ = 0 if `scale` is None."""
-    return MarginalLikelihood(*likelihood(count).judge(power, spectrum, scale))
+) -> tuple[float, Array]:
+    """Pair (logL, weight) of a spectrum at the discrepancy δ = SCALES[scale], or at δ = 0 if `scale` is None.
+
+    logL is in units of the Whittle likelihood −½ Σ n (ln S + I/S). The weight, shape (bins,), are the effective degrees of
+    freedom of each bin, at most its count.
+    """
+    return likelihood(count).judge(power, spectrum, scale)
 
 
 def profile_likelihood(power: Array, count: Array, spectrum: Array) -> Array:
@@ -101,8 +90,7 @@ def bin_levels(power: Array, count: Array, spectrum: Array, scale: int | None) -
     first = cells_of(count.size)
     total = np.add.reduceat(count, first)
     taken = (
-        1.0
-        - np.add.reduceat(marginal_likelihood(power, count, spectrum, scale).weight, first) / total
+        1.0 - np.add.reduceat(marginal_likelihood(power, count, spectrum, scale)[1], first) / total
     )
     mean = np.add.reduceat(count * power / spectrum, first) / total
     mean[total < 0.5] = 1.0
@@ -141,7 +129,7 @@ def scale_interval(
     `scale` is the index of the fitted δ in `SCALES`, or None for δ = 0. (0, 0.001) if no δ of `SCALES` is inside.
     """
     values = profile_likelihood(power, count, spectrum)
-    plain = marginal_likelihood(power, count, spectrum, None).log_likelihood
+    plain, _ = marginal_likelihood(power, count, spectrum, None)
     inside = values > max(float(values.max()), plain) - HALF_CHI2_95
     if not inside.any():
         return 0.0, float(SCALES[0])

@@ -110,7 +110,4 @@ class RandomPart:
     def log_likelihood_of(self, best: Maximum) -> float:
         """Marginal logL of the spectrum of `best` for this record, minus 3 nats if its discrepancy δ is above 0."""
         price = MIN_DISCREPANCY_DELTA_LOGL if best.scale is not None else 0.0
-        return (
-            marginal_likelihood(self.power, self.count, best.spectrum, best.scale).log_likelihood
-            - price
-        )
+        return marginal_likelihood(self.power, self.count, best.spectrum, best.scale)[0] - price

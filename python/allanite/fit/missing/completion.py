@@ -239,10 +239,7 @@ def _spectrum(data: Data, model: Model, level: Array | None) -> Array:
 
 
 def complete(
-    data: Data,
-    model: Model,
-    level: Array | None = None,
-    starts: tuple[Array, ...] | None = None,
+    data: Data, model: Model, level: Array | None = None, starts: tuple[Array, ...] | None = None
 ) -> Data:
     """`Data` of the record with its missing samples completed under a model with values.
 

@@ -206,11 +206,7 @@ def _shifted_in_time(effect: Deterministic, start: float) -> Deterministic:
 
 
 def _ignored_directions(
-    effects: Sequence[Deterministic],
-    j: NDArray[np.int64],
-    root: Array,
-    data: Data,
-    noise: Noise,
+    effects: Sequence[Deterministic], j: NDArray[np.int64], root: Array, data: Data, noise: Noise
 ) -> Array:
     """Orthonormal basis of whitened ordinates j that a matched filter ignores, shape (ordinates, columns).
 

@@ -14,12 +14,7 @@ import numpy as np
 
 from allanite.common.arrays import Array
 from allanite.effects import Model, Stochastic
-from allanite.fit.likelihood.discrepancy import (
-    MarginalLikelihood,
-    likelihood,
-    linearized,
-    marginal_likelihood,
-)
+from allanite.fit.likelihood.discrepancy import likelihood, linearized, marginal_likelihood
 from allanite.fit.likelihood.expected import column_of, columns
 from allanite.fit.likelihood.peaks import is_fitted_to_ordinates
 
@@ -171,7 +166,7 @@ def _climb(
     theta, scale = best.theta, best.scale
     floor = 1e-24 * float(power.max()) + 1e-300
     spectrum = np.maximum(linear.matrix @ theta, floor)
-    judged = marginal_likelihood(power, count, spectrum, scale)
+    value, weight = marginal_likelihood(power, count, spectrum, scale)
     trust = np.full(point.size, INITIAL_TRUST)
     steps, enough = (
         (MAX_ROUGH_STEPS, MIN_ROUGH_STEP_DELTA_LOGL)
@@ -183,7 +178,7 @@ def _climb(
         if slopes is None:
             slopes = shapes.slopes(point, linear.matrix @ theta, theta, part.data)
         goal_theta, goal, promised = _step(
-            slopes, point, trust, linear, theta, spectrum, judged.weight, part
+            slopes, point, trust, linear, theta, spectrum, weight, part
         )
         if promised < MAX_NEGLIGIBLE_PROMISE * enough:
             break
@@ -194,7 +189,7 @@ def _climb(
             moved_linear = part.linear(shapes.at(tried))
             moved = np.maximum(moved_linear.matrix @ moved_theta, floor)
             found = marginal_likelihood(power, count, moved, scale)
-            risen = found.log_likelihood - judged.log_likelihood
+            risen = found[0] - value
             if risen > 0.0:
                 break
             step *= 0.4
@@ -206,13 +201,12 @@ def _climb(
         slopes = None
         short = float(np.max(np.abs(tried - point) / trust)) < 0.1
         point, linear, theta = tried, moved_linear, moved_theta
-        spectrum, judged = moved, found
+        spectrum, (value, weight) = moved, found
         trust = np.minimum(trust * (1.6 if step == 1.0 else max(step, 0.3)), 1.5)
-        before = judged.log_likelihood
+        before = value
         if scale is not None:
             scale, value, weight = likelihood(count).best_scale(power, spectrum, scale)
-            judged = MarginalLikelihood(value, weight)
-        if risen + judged.log_likelihood - before < enough and (short or roughly):
+        if risen + value - before < enough and (short or roughly):
             break
     return point, replace(best, theta=theta, scale=scale)
 

@@ -340,10 +340,7 @@ def _optimized_slow(
         is_best = is_inside and _is_at_maximum(*(-loss(known + s * step) for s in (-1, 0, 1)))
         if high > low and not is_best:
             found = minimize_scalar(
-                loss,
-                bounds=(low, high),
-                method="bounded",
-                options={"maxiter": 20, "xatol": step},
+                loss, bounds=(low, high), method="bounded", options={"maxiter": 20, "xatol": step}
             )
             if found.fun < loss(known) - MIN_SHAPE_DELTA_LOGL:
                 known = float(found.x)

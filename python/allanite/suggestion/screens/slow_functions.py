@@ -20,10 +20,7 @@ from allanite.effects import CATALOG, Deterministic, Effect, Stochastic
 from allanite.fit.engine import solve
 from allanite.fit.estimates import deterministic_shape_error, shape_error
 from allanite.fit.likelihood.remembered import trim_memory
-from allanite.fit.likelihood.whitened import (
-    cell_means,
-    expected_level,
-)
+from allanite.fit.likelihood.whitened import cell_means, expected_level
 from allanite.fit.missing.completion import information_ratio
 from allanite.fit.rivals.columns import follow_columns_consistently
 from allanite.fit.rivals.evidence import MAX_RIVAL_LOG_EVIDENCE, parameters_cost
@@ -45,12 +42,7 @@ from allanite.suggestion.p_values import (
     log_p_value,
     may_become_significant,
 )
-from allanite.suggestion.screens._screen import (
-    Candidate,
-    Context,
-    Screen,
-    parallel_searches,
-)
+from allanite.suggestion.screens._screen import Candidate, Context, Screen, parallel_searches
 from allanite.suggestion.screens.several_excursions import several_excursions
 
 if TYPE_CHECKING:
