@@ -247,7 +247,7 @@ class SummaryData(Data):
         return SectionsOfSummary(self, number)
 
 
-class SectionsOfSummary:
+class SectionsOfSummary(Sections):
     """`number` equal time sections of a summary's spectrogram."""
 
     def __init__(self, data: SummaryData, number: int) -> None:

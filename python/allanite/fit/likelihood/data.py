@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
+from typing import TYPE_CHECKING, ClassVar, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,14 +12,14 @@ from numpy.typing import NDArray
 from allanite import _kernels
 from allanite.common.aligned import align_when_unpickled
 from allanite.common.arrays import Array
-from allanite.common.errors import InputError, TooShortError
+from allanite.common.errors import TooShortError
 from allanite.common.showing import brief
 from allanite.common.threads import stop_if_unwanted
 from allanite.common.validation import check_size
 from allanite.deviation import oadev
 from allanite.fit.likelihood.peaks import has_all_ordinates
 from allanite.fit.likelihood.remembered import ArrayCache, series_cache, times_of
-from allanite.fit.likelihood.sections import Sections, SectionsOfSamples
+from allanite.fit.likelihood.sections import Sections
 from allanite.fit.likelihood.stop_band import bins_with_stop_band
 from allanite.recording.coarse_column import without_steps
 from allanite.recording.resolution import MIN_FLIPS
@@ -219,8 +219,8 @@ class Data:
         return number
 
     def sections(self, model: Model, number: int) -> Sections:
-        """`SectionsOfSamples`: samples minus the model's known functions of time, cut into `number` equal time sections."""
-        return SectionsOfSamples(self.residual(model), self.rate, number)
+        """`Sections`: samples minus the model's known functions of time, cut into `number` equal time sections."""
+        return Sections(self.residual(model), self.rate, number)
 
     def octaves(
         self,
@@ -309,19 +309,20 @@ def averaging_factors(top: int) -> NDArray[np.int64]:
 def prepare(recording: Recording | Summary, missing: NDArray[np.bool_] | None = None) -> Data:
     """`Data` of a one-column recording; `missing` are samples to treat as missing in addition to NaN.
 
-    `InputError` for infinite samples, several columns, or a largest deviation from the mean that is not within 1e-75 to
+    `InputError` for several columns, or a largest deviation from the mean that is not within 1e-75 to
     1e75. `TooShortError` for fewer than 32 or one in 200 samples present, constant samples, or fewer than 10 changes of
     value.
     """
     label = f"column {recording.columns[0]!r}"
-    values = _checked_values(np.asarray(recording.rate_samples()), label)
+    values = np.asarray(recording.rate_samples()).astype(np.float64, copy=False)
     holes = np.isnan(values)
     if missing is not None:
         holes |= missing
     there = int(holes.size - np.count_nonzero(holes))
     if there < max(MIN_SAMPLES, MIN_PRESENT_FRACTION * holes.size):
+        of = "" if there == holes.size else f" of {holes.size}"
         raise TooShortError(
-            f"{label} has only {there} of {holes.size} samples; a fit needs at least {MIN_SAMPLES} and one in"
+            f"{label} has only {there}{of} samples; a fit needs at least {MIN_SAMPLES} and one in"
             f" {1 / MIN_PRESENT_FRACTION:g}, and hours for slow effects"
         )
     filled = bridge_gaps(values, missing)
@@ -333,25 +334,6 @@ def prepare(recording: Recording | Summary, missing: NDArray[np.bool_] | None = 
     return _sample_data(
         filled, holes if there < holes.size else None, float(recording.rate), covariates
     )
-
-
-def _checked_values(samples: NDArray[Any], label: str) -> Array:
-    """Samples of one column as floats; float64 samples are not copied. NaN are allowed.
-
-    `InputError` for several columns or infinite samples, `TooShortError` for fewer than 32 samples.
-    """
-    if samples.ndim != 1:
-        raise InputError(f"a fit needs one column, found an array of shape {samples.shape}")
-    if samples.size < MIN_SAMPLES:
-        raise TooShortError(
-            f"{label} has {samples.size} samples; a fit needs at least {MIN_SAMPLES}, and hours for slow effects"
-        )
-    values = samples.astype(np.float64, copy=False)
-    if np.isinf(values).any():
-        raise InputError(
-            f"{label} has {int(np.isinf(values).sum())} infinite samples; remove them or mark them as NaN"
-        )
-    return values
 
 
 def _require_noise(filled: Array, label: str) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -43,17 +43,11 @@ class Cells:
         return np.asarray(-0.5 * np.einsum("sc,sc->s", judged, self.count))
 
 
-class Sections(Protocol):
-    """Equal time sections of a record; `limits` are the lowest and highest frequency with power, Hz."""
+class Sections:
+    """`number` equal sections of samples; samples that do not fill a section at the end are excluded.
 
-    limits: tuple[float, float]
-
-    def cells(self, within: tuple[float, float], step: float) -> Cells:
-        """`Cells`: power of each section in frequency cells about `step` Hz wide, between the two `within`, Hz."""
-
-
-class SectionsOfSamples:
-    """`number` equal sections of samples; samples that do not fill a section at the end are excluded."""
+    `limits` are the lowest and highest frequency with power, Hz.
+    """
 
     def __init__(self, samples: Array, rate: float, number: int) -> None:
         self.rate, self.limits = rate, (0.0, 0.5 * rate)

@@ -97,7 +97,6 @@ class _ConditionalMean:
         self.tolerance = tolerance
         self.precision = 1.0 / spectrum
         self.precision[0] = 0.0
-        self.steps = 0
         self.starts = list(starts)
         self.solutions: list[Array] = []
         self.exact = _cholesky_of_missing(missing, self.precision)
@@ -147,7 +146,7 @@ class _ConditionalMean:
         """`given` plus the solution z of Q z = `right`; Q is the precision matrix of the missing samples.
 
         With at most 2048 missing samples, z follows from the Cholesky factor of Q, if it exists. Otherwise conjugate
-        gradients are used up to a relative residual of `tolerance`, at most 400 iterations; `steps` counts the iterations.
+        gradients are used up to a relative residual of `tolerance`, at most 400 iterations.
         They take the next of `starts` off the list and append their result to `solutions`.
         """
         if self.exact is not None:
@@ -164,7 +163,6 @@ class _ConditionalMean:
         for _ in range(MAX_GRADIENT_STEPS):
             if size <= self.tolerance**2 * first:
                 break
-            self.steps += 1
             changed = self._apply(searched, self.precision)
             length = size / _inner(searched, changed)
             step = step + length * searched
