@@ -9,7 +9,6 @@ import numpy as np
 
 from allanite import _kernels
 from allanite.common.arrays import Array
-from allanite.common.errors import InputError
 from allanite.common.showing import brief
 
 if TYPE_CHECKING:
@@ -28,7 +27,7 @@ BAND_DRAWS = 20_000
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Bands:
-    """Factors, shape (k,), that convert a measured deviation into intervals of the true deviation at confidence `level`.
+    """Factors, shape (k,), that convert a measured deviation into 95 % intervals of the true deviation.
 
     `low_factor` and `high_factor` are for each τ separately, `low_everywhere` and `high_everywhere` for all τ together.
     `edf` are the exact equivalent degrees of freedom 2σ⁴/var(σ̂²).
@@ -39,45 +38,35 @@ class Bands:
     low_everywhere: Array
     high_everywhere: Array
     edf: Array
-    level: float
 
     __repr__ = brief
 
-    def __post_init__(self) -> None:
-        for name in ("low_factor", "high_factor", "low_everywhere", "high_everywhere", "edf"):
-            getattr(self, name).flags.writeable = False
 
-
-def bands(
-    terms: Sequence[Term], n: int, factors: ArrayLike, level: float = 0.95, kind: str = "oadev"
-) -> Bands:
-    """`Bands`: factors for pointwise and simultaneous intervals of a deviation whose noise is known.
+def bands(terms: Sequence[Term], n: int, factors: ArrayLike, kind: str = "oadev") -> Bands:
+    """`Bands`: factors for pointwise and simultaneous 95 % intervals of a deviation whose noise is known.
 
     Each variance estimate is a sum of squares of Gaussian random numbers. With many equivalent degrees of freedom it is
     treated as χ², with few as a sum weighted by eigenvalues. The simultaneous band is a pointwise band at a higher level.
-    At this level all correlated estimates stay inside together with the probability `level`.
+    At this level all correlated estimates stay inside together with the probability 95 %.
 
     `n` is the number of samples of the record, `factors`, shape (k,), are averaging factors. The estimator `kind` is
     "oadev", "mdev", "hdev" or "totdev". The latter is that of NIST SP 1065 eq. 25, without division by the published bias;
-    the factors correct the bias under the given noise instead. `InputError` for a level outside (0, 1) and an unknown term
-    or kind. `TooShortError` for a factor too large for a complete difference.
+    the factors correct the bias under the given noise instead. `InputError` for an unknown term or
+    kind. `TooShortError` for a factor too large for a complete difference.
     """
-    if not 0.0 < level < 1.0:
-        raise InputError(f"level {level:g} is not between 0 and 1")
     plain = [t.kernel for t in terms]
     m = np.atleast_1d(np.asarray(factors, dtype=np.int64))
     expected, covariance = _kernels.allan_covariance(plain, n, m, kind)
     variance = np.diag(covariance)
     edf = 2.0 * expected**2 / variance
-    tail = (1.0 - level) / 2.0
-    together = _simultaneous_tail(covariance / np.sqrt(np.outer(variance, variance)), level)
+    together = _simultaneous_tail(covariance / np.sqrt(np.outer(variance, variance)))
+    probabilities = [0.025, 0.975, together, 1.0 - together]
     low, high = np.empty((2, m.size)), np.empty((2, m.size))
     bias = np.ones(m.size) if kind != "totdev" else expected / expected_variance(terms, m)
     for k, freedom in enumerate(edf):
-        probabilities = [tail, 1.0 - tail, together, 1.0 - together]
         q = bias[k] * _quantiles(plain, n, int(m[k]), float(freedom), probabilities, kind)
         high[:, k], low[:, k] = 1.0 / np.sqrt(q[0::2]), 1.0 / np.sqrt(q[1::2])
-    return Bands(low[0], high[0], low[1], high[1], edf, level)
+    return Bands(low[0], high[0], low[1], high[1], edf)
 
 
 def expected_variance(terms: Sequence[Term], factors: NDArray[np.int64]) -> Array:
@@ -114,8 +103,8 @@ def _quantiles(
     return np.asarray(gammaincinv(edf / 2.0, probabilities), dtype=np.float64) * (2.0 / edf)
 
 
-def _simultaneous_tail(correlation: Array, level: float) -> float:
-    """Tail probability at each end of pointwise intervals that hold together with probability `level`.
+def _simultaneous_tail(correlation: Array) -> float:
+    """Tail probability at each end of pointwise intervals that hold together with probability 95 %.
 
     The value comes from 20 000 normal draws with a fixed seed.
     """
@@ -125,4 +114,4 @@ def _simultaneous_tail(correlation: Array, level: float) -> float:
     root = vectors * np.sqrt(np.maximum(values, 0.0))
     draws = np.random.default_rng(0).standard_normal((BAND_DRAWS, correlation.shape[0]))
     largest = np.abs(draws @ root.T).max(axis=1)
-    return float(ndtr(-np.quantile(largest, level)))
+    return float(ndtr(-np.quantile(largest, 0.95)))

@@ -57,10 +57,6 @@ class GlsFit:
 
     __repr__ = brief
 
-    def __post_init__(self) -> None:
-        for name in ("squares", "covariance", "expected"):
-            getattr(self, name).flags.writeable = False
-
     @property
     def coefficients(self) -> Array:
         """Array of the fitted coefficients √`squares`, shape (p,)."""

@@ -448,18 +448,11 @@ def log_slope(power: Array, values: Array, freedom: float) -> tuple[float, float
 
     The `values` must have mean 0. `freedom` is the degrees of freedom of each `power`.
     """
+    from scipy.optimize import minimize_scalar
 
     def loss(b: float) -> float:
         """Negative logL, up to a constant, if the slope is b."""
         return 0.5 * freedom * power.size * float(np.log(np.mean(power * np.exp(-b * values))))
 
-    b = 0.0
-    for _ in range(30):
-        weight = power * np.exp(-b * values)
-        weight /= weight.sum()
-        mean = float(weight @ values)
-        step = mean / max(float(weight @ (values - mean) ** 2), 1e-12)
-        b += float(np.clip(step, -0.5, 0.5))
-        if abs(step) < 1e-9:
-            break
-    return b, loss(0.0) - loss(b)
+    found = minimize_scalar(loss, bracket=(0.0, 0.1))
+    return float(found.x), loss(0.0) - float(found.fun)

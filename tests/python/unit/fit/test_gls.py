@@ -90,8 +90,6 @@ def test_bands_are_nested_and_wider_where_less_is_known():
     assert np.all(band.high_everywhere > band.high_factor)
     assert np.all(np.diff(band.high_factor) > 0)
     np.testing.assert_allclose(band.edf, degrees_of_freedom(UNITS[0], 1001, factors), rtol=1e-12)
-    with pytest.raises(al.InputError, match="level 95"):
-        bands(UNITS[0], 1001, factors, level=95.0)
 
 
 def test_bands_meet_where_the_law_takes_over():
