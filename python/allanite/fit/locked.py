@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from allanite.common.errors import TooShortError
@@ -13,10 +11,8 @@ from allanite.common.printing import printed
 from allanite.common.units import coefficient_unit
 from allanite.effects import standard
 from allanite.effects.sheet_units import in_sheet_unit
+from allanite.recording import Recording
 from allanite.recording.locked import locked_of
-
-if TYPE_CHECKING:
-    from allanite.recording import Recording
 
 
 def locked_error(column: Recording) -> TooShortError | None:

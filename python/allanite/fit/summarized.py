@@ -8,7 +8,7 @@ because the segments are independent and lose no information (`summary/lapped.py
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,22 +19,20 @@ from allanite.common.arrays import Array
 from allanite.common.errors import InputError, TooShortError
 from allanite.common.showing import brief
 from allanite.deviation import Deviation, oadev
+from allanite.effects import Model
 from allanite.fit.likelihood.data import Data
 from allanite.fit.likelihood.peaks import MAX_MISSING_FRACTION
 from allanite.fit.likelihood.remembered import ArrayCache
 from allanite.fit.likelihood.sections import Cells, Sections
 from allanite.fit.prediction import FOLDS
 from allanite.spectrum import Bins, bins_of, bridge_gaps
+from allanite.summary import Summary
 from allanite.summary.gaps import fill_missing
 from allanite.summary.lapped import LOW, SEGMENT, low_pass_gain
 from allanite.summary.level import BANDS, FINE, TILE
 from allanite.summary.lines import without_lines
-
-if TYPE_CHECKING:
-    from allanite.effects import Model
-    from allanite.summary import Summary
-    from allanite.summary.reading import Reading
-    from allanite.summary.sums import Blocks
+from allanite.summary.reading import Reading
+from allanite.summary.sums import Blocks
 
 #: Minimum number of kept (low-rate) samples per averaging time for which the Allan curve is computed from kept samples.
 #: Chosen by judgment; not measured.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, ClassVar, TypeVar
+from typing import ClassVar, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,19 +17,17 @@ from allanite.common.showing import brief
 from allanite.common.threads import stop_if_unwanted
 from allanite.common.validation import check_size
 from allanite.deviation import oadev
+from allanite.effects import Deterministic, Model, Stochastic
+from allanite.effects.terms import Term
 from allanite.fit.likelihood.peaks import has_all_ordinates
 from allanite.fit.likelihood.remembered import ArrayCache, series_cache, times_of
 from allanite.fit.likelihood.sections import Sections
 from allanite.fit.likelihood.stop_band import bins_with_stop_band
+from allanite.recording import Recording
 from allanite.recording.coarse_column import without_steps
 from allanite.recording.resolution import MIN_FLIPS
 from allanite.spectrum import Bins, bridge_gaps
-
-if TYPE_CHECKING:
-    from allanite.effects import Deterministic, Model, Stochastic
-    from allanite.effects.terms import Term
-    from allanite.recording import Recording
-    from allanite.summary import Summary
+from allanite.summary import Summary
 
 T = TypeVar("T", bound=np.generic)
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,10 +10,8 @@ from numpy.typing import NDArray
 from allanite import _kernels
 from allanite.common.arrays import Array
 from allanite.common.showing import brief
+from allanite.effects.terms import Term
 from allanite.fit.likelihood.expected import density
-
-if TYPE_CHECKING:
-    from allanite.effects.terms import Term
 
 
 @dataclass(frozen=True, slots=True, eq=False)

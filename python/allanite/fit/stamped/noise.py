@@ -7,15 +7,12 @@ intervals the process equals the term; at other times it is the continuous proce
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from allanite import _kernels
 from allanite.common.errors import InputError
-
-if TYPE_CHECKING:
-    from allanite.effects.terms import Term
+from allanite.effects.terms import Term
 
 #: Decay rate of the process that represents a random walk, times the duration of the record. Its variance at the end of the
 #: record then differs by 0.01 %.
