@@ -17,7 +17,7 @@ from allanite.fit.covariance import joint_covariance, logl_scale, shape_widening
 from allanite.fit.likelihood.heavy import widened_by_tails
 from allanite.fit.likelihood.peaks import is_fitted_to_ordinates
 from allanite.fit.likelihood.random_part import RandomPart
-from allanite.fit.likelihood.whittle import profile_interval
+from allanite.fit.likelihood.whittle import Maximum, loss_at_zero, profile_interval
 from allanite.fit.marginal import Mixture, slow_values
 from allanite.fit.shapes.deterministic import design_of, shape_slope
 from allanite.fit.shapes.matched import FILTER_ORDINATES, matched_gains
@@ -224,26 +224,10 @@ def _coefficient_interval(
     with heavy tails.
     """
     effect, value = own.effect, float(np.sqrt(own.theta))
-    # The profile uses the logL of the random part.
-    part = RandomPart(data, solution.power, solution.count)
-    low, high, drop = profile_interval(
-        solution.power,
-        solution.count,
-        solution.columns,
-        replace(solution.best, log_likelihood=part.log_likelihood_of(solution.best)),
-        solution.processes.index(own),
-        logl_scale(solution, own, data),
-    )
+    profile, scale = _profile(solution, own, data), logl_scale(solution, own, data)
+    low, high, drop = profile_interval(*profile, scale)
     low, high = float(np.sqrt(low)), float(np.sqrt(high))
-    if is_fitted_to_ordinates(effect, data):
-        # A narrow band is detected mainly by the single ordinates within the bins.
-        model = solution.model
-        less = Model(tuple(e for e in model if e is not effect))
-        with_it, without = (
-            ordinates_delta_logl(tried, data, solution.ordinates, solution.count)
-            for tried in (model, less)
-        )
-        drop += with_it - without
+    drop += _loss_of_ordinates(solution, own, data)
     detected = drop > min_detected_delta_logl(effect)
     if not detected:
         low = 0.0
@@ -255,6 +239,55 @@ def _coefficient_interval(
     if detected and effect.white:
         low, high = widened_by_tails(value, (low, high), solution, data)
     return detected, (low, high)
+
+
+def _profile(
+    solution: Solution, own: Process, data: Data
+) -> tuple[Array, Array, Array, Maximum, int]:
+    """Arguments of `profile_interval` and `loss_at_zero` for the squared coefficient of a process."""
+    # The profile uses the logL of the random part.
+    part = RandomPart(data, solution.power, solution.count)
+    best = replace(solution.best, log_likelihood=part.log_likelihood_of(solution.best))
+    place = solution.processes.index(own)
+    return solution.power, solution.count, solution.columns, best, place
+
+
+def _loss_of_ordinates(solution: Solution, own: Process, data: Data) -> float:
+    """Loss of logL, nats, at the single ordinates within the bins without a process; 0 unless it is a narrow band."""
+    if not is_fitted_to_ordinates(own.effect, data):
+        return 0.0
+    less = Model(tuple(e for e in solution.model if e is not own.effect))
+    with_it, without = (
+        ordinates_delta_logl(tried, data, solution.ordinates, solution.count)
+        for tried in (solution.model, less)
+    )
+    return with_it - without
+
+
+def is_detected_in(solution: Solution, place: int, data: Data) -> bool:
+    """True if the coefficients of the effect at index `place` are significantly different from 0, or not single numbers.
+
+    Held values and modifiers count as detected, too, as in `estimates`, whose intervals take much longer.
+    """
+    own = solution.effects[place]
+    effect = own.effect
+    if all(
+        name in effect.held or not _is_number(effect.values[name])
+        for name in (p.name for p in effect.parameters if p.role == "coefficient")
+    ):
+        return True
+    if isinstance(own, Process):
+        drop = logl_scale(solution, own, data) * loss_at_zero(*_profile(solution, own, data))
+        drop = max(drop, 0.0) + _loss_of_ordinates(solution, own, data)
+        return drop > min_detected_delta_logl(effect)
+    return not isinstance(own, Regressed) or _is_function_detected(own)
+
+
+def _is_function_detected(own: Regressed) -> bool:
+    """True if the amplitudes of a known function of time are significantly different from 0."""
+    inverse = np.linalg.pinv(own.covariance, hermitian=True)
+    drop = 0.5 * float(own.amplitudes @ inverse @ own.amplitudes)
+    return drop > min_detected_delta_logl(own.effect, own.amplitudes.size)
 
 
 def _is_number(value: Any) -> bool:
@@ -344,7 +377,6 @@ def _modifier_ranges(effect: Effect, errors: dict[str, float], data: Data) -> Ra
 def _function_ranges(solution: Solution, own: Regressed, data: Data) -> tuple[bool, Ranges]:
     """Pair (detected, ranges) of a known function of time; held values have no range."""
     effect, amplitudes, covariance = own.effect, own.amplitudes, own.covariance
-    drop = 0.5 * float(amplitudes @ np.linalg.pinv(covariance, hermitian=True) @ amplitudes)
     out: Ranges = {}
     for parameter in effect.parameters:
         name, value = parameter.name, effect.values[parameter.name]
@@ -361,7 +393,7 @@ def _function_ranges(solution: Solution, own: Regressed, data: Data) -> tuple[bo
                 error = float(np.hypot(error, by_frequency))
         if error is not None:
             out[name] = _range(parameter, value, error)
-    return drop > min_detected_delta_logl(effect, amplitudes.size), out
+    return _is_function_detected(own), out
 
 
 def _amplitude_error(

@@ -151,6 +151,13 @@ def profile_loss(
     return loss
 
 
+def loss_at_zero(power: Array, count: Array, columns: Array, best: Maximum, index: int) -> float:
+    """Loss of logL, nats, if the squared coefficient at `index` is 0 and all others are fitted again; ∞ without others."""
+    if columns.shape[1] == 1:
+        return np.inf
+    return profile_loss(power, count, columns, best, index)(0.0)
+
+
 def profile_interval(
     power: Array, count: Array, columns: Array, best: Maximum, index: int, logl_scale: float = 1.0
 ) -> tuple[float, float, float]:
@@ -163,6 +170,7 @@ def profile_interval(
     from scipy.optimize import brentq
 
     loss = profile_loss(power, count, columns, best, index)
+    at_zero = logl_scale * loss_at_zero(power, count, columns, best, index)
 
     def drop(theta: float) -> float:
         """Loss of the scaled logL if the squared coefficient is fixed at `theta` and all others are fitted again."""
@@ -178,7 +186,6 @@ def profile_interval(
         return float(root) ** 2
 
     center = float(best.theta[index])
-    at_zero = drop(0.0) if columns.shape[1] > 1 else np.inf
     low = end(center, 0.0) if at_zero > HALF_CHI2_95 else 0.0
     # Start the search for the upper end at twice the standard error with all other coefficients fixed.
     slopes = columns[:, index] / best.spectrum

@@ -10,7 +10,7 @@ import numpy as np
 from allanite.common.arrays import Array
 from allanite.effects import CATALOG, Deterministic, Effect, Modifier, Stochastic
 from allanite.fit.engine import solve, with_coefficients
-from allanite.fit.estimates import min_detected_delta_logl
+from allanite.fit.estimates import is_detected_in, min_detected_delta_logl
 from allanite.fit.kept import kept_with_fit
 from allanite.fit.likelihood.random_part import RandomPart
 from allanite.fit.models import without_effect
@@ -168,15 +168,13 @@ def best_of_kinds(scans: Iterable[Scan]) -> dict[str, tuple[float, Deterministic
     return best
 
 
+@kept_with_fit
 def is_detected(fit: Fit, place: int) -> bool:
     """True if all coefficients of the effect at index `place` are significantly different from 0, or held."""
-    effect = fit.model.effects[place]
-    values = fit.estimates[place]
-    return all(
-        getattr(values[p.name], "detected", True)
-        for p in effect.parameters
-        if p.role == "coefficient"
-    )
+    if fit.given is None:
+        return is_detected_in(fit.solution, place, fit.data)
+    coefficients = (p.name for p in fit.model.effects[place].parameters if p.role == "coefficient")
+    return all(getattr(fit.given[place][name], "detected", True) for name in coefficients)
 
 
 @dataclass(frozen=True, slots=True)
