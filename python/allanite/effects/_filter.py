@@ -161,9 +161,9 @@ class Filter(Modifier):
 
 
 @cleared_by_free_buffers
-@lru_cache(maxsize=64)
+@lru_cache(maxsize=4096)
 def _cached_response(passing: Filter, rate: float) -> Response:
-    """`Response` of the filter `passing` at `rate` Hz; cached for all effects of a model."""
+    """`Response` of the filter `passing` at `rate` Hz; cached, since a search tries the same filters in many models."""
     return passing.response(rate)
 
 

@@ -92,7 +92,9 @@ class Hump(Event):
         middle = (np.array([p.time or 0.0 for p in points]) - start) * rate
         width = np.array([p.width or 1.0 for p in points]) * rate
         found = cosines(middle + 0.5, j, n)
-        found *= np.exp(-0.5 * (np.pi / n * np.outer(width, j)) ** 2)
+        # A grid has few widths.
+        each, which = np.unique(width, return_inverse=True)
+        found *= np.exp(-0.5 * (np.pi / n * np.outer(each, j)) ** 2)[which]
         found *= (np.sqrt(4.0 * np.pi / n) * width)[:, None]
         reach = WIDTHS_TO_END * width
         cut = (middle < reach) | (middle > n - 1 - reach) | (width < 1.0)

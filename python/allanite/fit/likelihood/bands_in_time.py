@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from allanite import _kernels
 from allanite.common.arrays import Array
 from allanite.effects import Modifier, Stochastic, segment_weights
-from allanite.fit.likelihood.expected import density, relative_power_of_segments
+from allanite.fit.likelihood.expected import density_by, relative_power_of_segments
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -117,8 +117,9 @@ def cell_shares(
 
 def density_shares(process: Process, solution: Solution, data: Data, j: NDArray[np.int64]) -> Array:
     """Array of the share, 0 … 1, of the model's density at each ordinate j that a process makes, shape of j."""
-    total = density(data.terms(solution.model), j, data.n)
-    own = density(data.unit_terms(solution.model, process.effect), j, data.n)
+    evaluator = _kernels.Ordinates(j, data.n)
+    total = density_by(evaluator, data.terms(solution.model), data.n)
+    own = density_by(evaluator, data.unit_terms(solution.model, process.effect), data.n)
     return np.asarray(process.theta * own / total)
 
 

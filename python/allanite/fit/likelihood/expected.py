@@ -15,7 +15,7 @@ from allanite.common.memory import cleared_by_free_buffers
 from allanite.common.showing import brief
 from allanite.common.threads import stop_if_unwanted
 from allanite.effects import Model, Modifier, Stochastic
-from allanite.fit.likelihood.peaks import is_narrow, means_near
+from allanite.fit.likelihood.peaks import is_narrow, means_near, ordinates_of_bins
 from allanite.fit.likelihood.stop_band import EMPTY_BIN_DENSITY_FACTOR, is_empty
 from allanite.spectrum import Bins, bins_of
 
@@ -145,15 +145,31 @@ def _evaluator(n: int) -> _kernels.Ordinates:
 
 def density(terms: tuple[Term, ...], ordinates: NDArray[np.int64], n: int) -> Array:
     """Expected squares of given cosine ordinates of n samples, U² per sample, at least 1e-300."""
+    return density_by(_kernels.Ordinates(ordinates, n), terms, n)
+
+
+def density_in_bins(terms: tuple[Term, ...], near: NDArray[np.intp], n: int) -> Array:
+    """`density` at all ordinates of the bins with the indices `near`, bin after bin (`ordinates_of_bins`)."""
+    return density_by(_evaluator_in_bins(n, tuple(near.tolist())), terms, n)
+
+
+def density_by(evaluator: _kernels.Ordinates, terms: tuple[Term, ...], n: int) -> Array:
+    """`density` at the ordinates of an `evaluator`, whose construction takes longer than the evaluation of a few terms."""
     stop_if_unwanted()
-    found = _kernels.Ordinates(ordinates, n).variance([term.at_ordinates(n) for term in terms])
-    return np.maximum(found, 1e-300)
+    return np.maximum(evaluator.variance([term.at_ordinates(n) for term in terms]), 1e-300)
+
+
+@cleared_by_free_buffers
+@lru_cache(maxsize=8)
+def _evaluator_in_bins(n: int, near: tuple[int, ...]) -> _kernels.Ordinates:
+    """`_kernels.Ordinates`: evaluator of densities at all ordinates of the bins with the indices `near`; cached."""
+    return _kernels.Ordinates(ordinates_of_bins(np.array(near), bins_of(n)), n)
 
 
 def relative_power_of_segments(
     parts: Sequence[Stochastic], ordinates: NDArray[np.int64], data: Data
 ) -> Array:
     """Power of a process in each time segment, divided by the mean over the segments, shape (segments, ordinates)."""
-    terms = [part.unit_terms(data.rate) for part in parts]
-    power = np.array([density(own, ordinates, data.n) for own in terms])
+    evaluator = _kernels.Ordinates(ordinates, data.n)
+    power = np.array([density_by(evaluator, p.unit_terms(data.rate), data.n) for p in parts])
     return np.asarray(power / power.mean(axis=0))

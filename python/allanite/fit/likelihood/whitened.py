@@ -207,8 +207,8 @@ def _without_level_changes(solution: Solution, data: Data, whitened: Whitened) -
     if samples.size == data.n:
         by_octave = {b[0]: b for b in _samples_and_bands(_kernels.cosine_transform(samples)).bands}
     bands = []
-    for low, high, power, each in whitened.bands:
-        own = white_share(solution, data, (low + high) // 2)
+    shares = _white_shares(solution, data, whitened).tolist()
+    for (low, high, power, each), own in zip(whitened.bands, shares, strict=True):
         if own >= MIN_WHITE_SHARE and low in by_octave:
             bands.append(by_octave[low])
         else:
@@ -375,11 +375,16 @@ def cell_means(values: Array, cells: int) -> Array:
     return np.asarray(np.add.reduceat(values, edges) / sizes)
 
 
-def white_share(solution: Solution, data: Data, ordinate: int) -> float:
-    """Fraction, 0 … 1, of the model's density at an ordinate that its white noise makes; 0 without white noise."""
+def _white_shares(solution: Solution, data: Data, whitened: Whitened) -> Array:
+    """Fraction, 0 … 1, of the model's density in the middle of each octave band that its white noise makes, shape (bands,).
+
+    0 without white noise.
+    """
     white = next((own for own in solution.processes if own.effect.white), None)
-    at = np.array([ordinate])
-    return 0.0 if white is None else float(density_shares(white, solution, data, at)[0])
+    if white is None or not whitened.bands:
+        return np.zeros(len(whitened.bands))
+    middles = np.array([(low + high) // 2 for low, high, *_ in whitened.bands])
+    return density_shares(white, solution, data, middles)
 
 
 def white_power(
@@ -391,11 +396,12 @@ def white_power(
     value. (None, 0.0, 0.0) without such bands. Bands whose time resolution is over 8 times coarser than the finest are
     ignored.
     """
-    bands = []
-    for low, high, power, each in whitened.bands:
-        share = white_share(solution, data, (low + high) // 2)
-        if share >= MIN_WHITE_SHARE:
-            bands.append((power, each, share))
+    own = _white_shares(solution, data, whitened).tolist()
+    bands = [
+        (power, each, share)
+        for (_, _, power, each), share in zip(whitened.bands, own, strict=True)
+        if share >= MIN_WHITE_SHARE
+    ]
     length = max((power.size for power, _, _ in bands), default=0)
     total, weight, shares = np.zeros(length), 0.0, 0.0
     for power, each, share in bands:

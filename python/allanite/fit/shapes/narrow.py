@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from allanite.common.arrays import Array, scaled_inverse
 from allanite.common.threads import stop_if_unwanted
 from allanite.effects import Effect, Model, Stochastic
-from allanite.fit.likelihood.expected import density, expected_power
+from allanite.fit.likelihood.expected import density, density_in_bins, expected_power
 from allanite.fit.likelihood.peaks import (
     MAX_NARROW_WIDTH,
     bins_near,
@@ -62,6 +62,7 @@ class Window:
     model: Model
     place: int
     data: Data
+    near: NDArray[np.int64]
     j: NDArray[np.int64]
     power: Array
     other_power: Array
@@ -76,7 +77,13 @@ class Window:
         others = without_effect(model, place)
         j = ordinates_of_bins(near, data.bins)
         return cls(
-            model, place, data, j, ordinates[j] ** 2, _mean_density_of_bins(others, near, data)
+            model,
+            place,
+            data,
+            near,
+            j,
+            ordinates[j] ** 2,
+            _mean_density_of_bins(others, near, data),
         )
 
     @property
@@ -130,7 +137,8 @@ class Window:
         effect = self.effect(x)
         model = with_effect(self.model, self.place, effect)
         terms = [t.scaled(float(np.exp(x[0]))) for t in self.data.unit_terms(model, effect)]
-        return np.exp(x[1]) * self.other_power + density(tuple(terms), self.j, self.data.n)
+        own = density_in_bins(tuple(terms), self.near, self.data.n)
+        return np.exp(x[1]) * self.other_power + own
 
     def log_likelihood(self, x: Array) -> float:
         """Whittle logL of the ordinates in the window, nats and without constants, for a band at the coordinates `x`."""
@@ -260,7 +268,7 @@ def ordinates_delta_logl(model: Model, data: Data, ordinates: Array, count: Arra
     for effect in narrow:
         strength = effect.values[effect.coefficient] ** 2
         terms = tuple(t.scaled(strength) for t in data.unit_terms(model, effect))
-        expected += density(terms, j, data.n) if strength else 0.0
+        expected += density_in_bins(terms, near, data.n) if strength else 0.0
     sizes = _sizes(near, data)
     mean = np.repeat(_means(expected, sizes), sizes)
     uneven = np.log(expected / mean) + power * (1.0 / expected - 1.0 / mean)

@@ -239,12 +239,14 @@ def evenly_spaced(
     are left out.
     """
     best: tuple[float, float, list[float]] | None = None
+    highest = np.maximum.reduce([ratio[k : ratio.size - 4 + k] for k in range(5)])
+    stands_out_at = np.append([False] * 2, highest > MIN_DELTA_LOGL_OVER_SIMPLER + np.log(5.0))
     for a, b in itertools.combinations(sorted(places), 2):
         start, step, reach, peaks = float(a), float(b - a), 2, np.zeros(0)
         # The spacing is known better the more lines are used.
         while step > 2.0 * MAX_LINE_BAND_DISTANCE and reach * step < 2.0 * ratio.size:
             reach *= 2
-            order, peaks = _teeth(ratio, start, step, reach)
+            order, peaks = _teeth(ratio, stands_out_at, start, step, reach)
             if peaks.size < 3:
                 break
             step, start = (float(v) for v in np.polyfit(order, peaks, 1))
@@ -266,19 +268,25 @@ def evenly_spaced(
 
 
 def _teeth(
-    ratio: NDArray[np.float64], start: float, step: float, reach: int
+    ratio: NDArray[np.float64],
+    stands_out_at: NDArray[np.bool_],
+    start: float,
+    step: float,
+    reach: int,
 ) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
     """Pair (order, maximum): lines of the comb `start` + order·`step` that stand out in a periodogram, order ≤ `reach`.
 
-    A line stands out if its peak, at most two indices away, is above 8 plus ln of the number of values searched for it.
+    `stands_out_at` is True for the indices at most two away from a value above 8 plus ln of the number of values searched.
     """
-    order = np.arange(-reach, reach + 1)
+    first, last = ((end - start) / step for end in (0, ratio.size))
+    order = np.arange(max(-reach, int(first) - 1), min(reach, int(last) + 1) + 1)
     center = np.round(start + order * step).astype(np.int64)
     inside = (center >= 4) & (center < ratio.size - 4)
     order, center = order[inside], center[inside]
+    there = stands_out_at[center]
+    order, center = order[there], center[there]
     near = ratio[center[:, None] + np.arange(-2, 3)]
-    there = near.max(axis=1) > MIN_DELTA_LOGL_OVER_SIMPLER + np.log(5.0)
-    return order[there], _maxima(ratio, (center + near.argmax(axis=1) - 2)[there])
+    return order, _maxima(ratio, center + near.argmax(axis=1) - 2)
 
 
 def _line_set(places: list[int], ratio: NDArray[np.float64]) -> tuple[float, list[float]]:
