@@ -16,7 +16,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.suggestion.constants import FALSE_ALARM_PROBABILITY, LEVEL_CELLS
+from allanite.suggestion.constants import FALSE_ALARM_PROBABILITY
 
 
 @dataclass(frozen=True, slots=True)
@@ -160,36 +160,3 @@ def delta_logl_of_two_levels(
     b = np.maximum((total - inside) / (n - count), 1e-12)
     mean = total / n
     return np.asarray(-0.5 * freedom * (count * np.log(a / mean) + (n - count) * np.log(b / mean)))
-
-
-def refined_interval(
-    power: NDArray[np.float64], freedom: float, start: int, end: int, min_values: int
-) -> tuple[int, int, float]:
-    """Tuple (start, end, ΔlogL): interval of the series `power` whose ends are moved to increase the ΔlogL of its own mean.
-
-    `freedom` is the degrees of freedom of each value. ΔlogL is −inf if `min_values` do not fit in, or none is outside.
-    """
-    reach = max(2 * power.size // LEVEL_CELLS, (end - start) // 8)
-    total = np.concatenate([[0.0], np.cumsum(power)])
-    n, gain = float(power.size), -np.inf
-    for _ in range(3):
-        for side in (0, 1):
-            centre = end if side else start
-            tried = np.arange(max(0, centre - reach), min(power.size, centre + reach) + 1)
-            tried = tried[tried > start] if side else tried[tried < end]
-            low, high = (
-                (np.full(tried.size, start), tried) if side else (tried, np.full(tried.size, end))
-            )
-            usable = (high - low >= min_values) & (high - low < power.size)
-            value = np.full(tried.size, -np.inf)
-            value[usable] = delta_logl_of_two_levels(
-                total[high[usable]] - total[low[usable]],
-                (high - low)[usable].astype(float),
-                float(total[-1]),
-                n,
-                freedom,
-            )
-            top = int(np.argmax(value))
-            gain = float(value[top])
-            start, end = (start, int(tried[top])) if side else (int(tried[top]), end)
-    return start, end, gain

@@ -28,9 +28,10 @@ from allanite.suggestion.constants import (
     MIN_POWER_VALUES,
     MIN_SEGMENT_SAMPLES,
 )
-from allanite.suggestion.p_values import best_interval, delta_logl_of_two_levels, refined_interval
+from allanite.suggestion.p_values import best_interval, delta_logl_of_two_levels
 from allanite.suggestion.screens._screen import Candidate
 from allanite.suggestion.screens.exclusions import octaves_of
+from allanite.suggestion.screens.level_borders import refined_interval
 from allanite.suggestion.screens.level_forms import LEVELS, is_deformed_by_rounding
 from allanite.suggestion.screens.spectral import bands_overlap
 

@@ -35,13 +35,9 @@ from allanite.suggestion.constants import (
     MIN_SEGMENT_SAMPLES,
     WINDOW_PERIODS,
 )
-from allanite.suggestion.p_values import (
-    Family,
-    best_interval,
-    delta_logl_of_two_levels,
-    refined_interval,
-)
+from allanite.suggestion.p_values import Family, best_interval, delta_logl_of_two_levels
 from allanite.suggestion.screens._screen import Candidate, Context, Screen
+from allanite.suggestion.screens.level_borders import refined_interval
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator

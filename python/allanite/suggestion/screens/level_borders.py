@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite.suggestion.p_values import delta_logl_of_two_levels
+
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
@@ -58,6 +60,22 @@ def borders_between_values(
         if np.array_equal(before, places):
             break
     return places
+
+
+def refined_interval(
+    power: Array, freedom: float, start: int, end: int, min_values: int
+) -> tuple[int, int, float]:
+    """Tuple (start, end, ΔlogL): interval of the series `power` with most likely ends, and the ΔlogL of its own mean.
+
+    The ends are refined from the given ones. `freedom` is the degrees of freedom of each value. The interval keeps at least
+    `min_values` values.
+    """
+    start, end = borders_between_values(
+        power, np.array([start, end]), (2.0, 1.0), min_values
+    ).tolist()
+    inside, size = np.array([power[start:end].sum()]), np.array([float(end - start)])
+    gain = delta_logl_of_two_levels(inside, size, float(power.sum()), float(power.size), freedom)
+    return start, end, float(gain[0])
 
 
 def interval_powers(power: Array, places: NDArray[np.int64], factors: Sequence[float]) -> Array:

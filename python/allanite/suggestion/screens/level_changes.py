@@ -20,7 +20,7 @@ from allanite.suggestion.constants import (
     MIN_POWER_VALUES,
     MIN_SCREEN_GAIN,
 )
-from allanite.suggestion.p_values import best_interval, refined_interval
+from allanite.suggestion.p_values import best_interval
 from allanite.suggestion.screens._screen import Candidate, Context, Screen
 from allanite.suggestion.screens.band_levels import best_levels, screen_band_level
 from allanite.suggestion.screens.exclusions import screen_outliers
@@ -28,6 +28,7 @@ from allanite.suggestion.screens.level_borders import (
     borders_between_values,
     borders_within_cells,
     interval_powers,
+    refined_interval,
 )
 from allanite.suggestion.screens.level_forms import (
     LEVELS,
