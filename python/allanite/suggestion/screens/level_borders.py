@@ -78,17 +78,18 @@ def refined_interval(
     return start, end, float(gain[0])
 
 
-def interval_powers(power: Array, places: NDArray[np.int64], factors: Sequence[float]) -> Array:
+def interval_powers(
+    power: Array, places: NDArray[np.int64], factors: Sequence[float] | Array
+) -> Array:
     """Mean power, at least 1e-12, of each interval between borders; intervals with the same factor have one mean.
 
     `places` are the borders, `factors` those of the intervals after each border; the first interval has the factor 1.
     """
-    known = np.array([1.0, *factors])
+    _, level = np.unique([1.0, *factors], return_inverse=True)
     ends = [0, *places, power.size]
-    total = np.array([power[low:high].sum() for low, high in pairwise(ends)])
-    size = np.diff(ends)
-    alike = known[:, np.newaxis] == known
-    return np.asarray(np.maximum(alike @ total / np.maximum(alike @ size, 1), 1e-12))
+    sums = [power[low:high].sum() for low, high in pairwise(ends)]
+    total, size = (np.bincount(level, weights=values) for values in (sums, np.diff(ends)))
+    return np.asarray(np.maximum(total / np.maximum(size, 1.0), 1e-12)[level])
 
 
 def borders_within_cells(

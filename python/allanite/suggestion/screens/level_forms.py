@@ -24,7 +24,7 @@ from allanite.suggestion.constants import (
 )
 from allanite.suggestion.p_values import Family, delta_logl_of_two_levels
 from allanite.suggestion.screens._screen import Candidate
-from allanite.suggestion.screens.level_borders import most_likely_borders
+from allanite.suggestion.screens.level_borders import interval_powers, most_likely_borders
 
 if TYPE_CHECKING:
     from allanite.fit.likelihood.data import Data
@@ -139,7 +139,7 @@ def screen_several(series: Series, model: Model) -> list[Candidate]:
         white = np.array([series.white_ratio(float(r)) for r in own])
         factors = np.sqrt(white / white[0])
         times = tuple(series.time(p) for p in places)
-        back = tuple(1.0 if own[k] == own[0] else float(f) for k, f in enumerate(factors))[1:]
+        back = tuple(1.0 if turns and not k % 2 else float(f) for k, f in enumerate(factors))[1:]
         made = (cls.from_values(times=times, factors=back) for cls in kinds)
         effect = next((one for one in made if one is not None), None)
         if effect is None:
@@ -257,15 +257,8 @@ def _levels(power: Array, places: NDArray[np.int64], turns: bool) -> Array:
 
     With `turns`, all even intervals have one mean, and all odd ones another.
     """
-    firsts = np.array([0, *places])
-    sizes = np.diff([*firsts, power.size])
-    sums = np.add.reduceat(power, firsts)
-    if not turns or places.size == 0:
-        return np.maximum(sums / sizes, 1e-12)
-    out = np.empty(firsts.size)
-    for k in (0, 1):
-        out[k::2] = max(sums[k::2].sum() / sizes[k::2].sum(), 1e-12)
-    return out
+    number = np.arange(1.0, places.size + 1.0)
+    return interval_powers(power, places, 1.0 + (number % 2.0 if turns else number))
 
 
 def screen_cycle(series: Series, model: Model) -> Candidate | None:
