@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.effects import CATALOG, Modifier
+from allanite.effects import Modifier
 from allanite.fit.engine import solve
 from allanite.fit.likelihood.changing_power import mean_squared_level, peak_level
 from allanite.fit.likelihood.whitened import Whitened, end_samples, white_power, whiten
@@ -34,6 +34,7 @@ from allanite.suggestion.screens.level_forms import (
     LEVELS,
     Series,
     is_deformed_by_rounding,
+    level_effect,
     refined_gate,
     screen_columns,
     screen_cycle,
@@ -118,7 +119,7 @@ def screen_levels(solution: Solution, data: Data, whitened: Whitened) -> list[Ca
     cycle = screen_cycle(series, solution.model)
     if cycle is not None and _repeats_waveform(cycle, data, whitened):
         cycle = None
-    found = [c for c in (_one_interval(series, solution.discrepancy), cycle) if c is not None]
+    found = [c for c in (_one_interval(series, solution), cycle) if c is not None]
     found += screen_columns(series, solution.model, data.covariates)
     found += screen_several(series, solution.model)
     if not found:
@@ -301,10 +302,10 @@ def overdispersion_without(
     return mean_squared_level(model, data), peak_level(model, data)
 
 
-def _one_interval(series: Series, discrepancy: float) -> Candidate | None:
+def _one_interval(series: Series, solution: Solution) -> Candidate | None:
     """`Candidate` (not refitted) for the interval whose white-noise level differs most significantly; or None.
 
-    None if ΔlogL is below 3, or if the level differs from 1 by less than `discrepancy` or its standard error.
+    None if ΔlogL is below 3, or if the level differs from 1 by less than the model discrepancy or its standard error.
     """
     power, size = series.judged, series.judged.size
     cells = min(LEVEL_CELLS, size // 8)
@@ -315,14 +316,10 @@ def _one_interval(series: Series, discrepancy: float) -> Candidate | None:
     inside = series.power[start:end].mean()
     outside = np.delete(series.power, np.s_[start:end]).mean() if end - start < size else 1.0
     factor = float(np.sqrt(series.white_ratio(float(inside / outside))))
-    changes = (
-        cls.from_values(start=series.time(start), end=series.time(end), factor=factor)
-        for cls in CATALOG
-        if issubclass(cls, Modifier) and cls.screened == "level"
-    )
-    effect = next((change for change in changes if change is not None), None)
+    times = {"start": series.time(start), "end": series.time(end)}
+    effect = level_effect(solution.model, **times, factor=factor)
     # A change smaller than the discrepancy of the model, or than its standard error, is no effect.
-    least = max(discrepancy, float(1.0 / np.sqrt(2.0 * series.freedom * (end - start))))
+    least = max(solution.discrepancy, float(1.0 / np.sqrt(2.0 * series.freedom * (end - start))))
     if effect is None or gain < MIN_SCREEN_GAIN or abs(factor - 1.0) < least:
         return None
     return Candidate(effect, gain, LEVELS, None, 3, min(0.0, log_p))

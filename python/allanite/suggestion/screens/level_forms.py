@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -123,7 +123,6 @@ def screen_several(series: Series, model: Model) -> list[Candidate]:
     Two forms are compared: each interval has its own level, or two levels alternate. The cost of a form is ½ ln n for each
     parameter, where n is the number of degrees of freedom. The p-value is exp(cost − ΔlogL), at most 1.
     """
-    kinds = [type(blank) for blank in _level_effects(model, {})]
     freedom = series.freedom
     price = 0.5 * np.log(max(freedom * series.judged.size, 2.0))
     found: list[tuple[float, float, Modifier | None]] = []
@@ -140,8 +139,7 @@ def screen_several(series: Series, model: Model) -> list[Candidate]:
         factors = np.sqrt(white / white[0])
         times = tuple(series.time(p) for p in places)
         back = tuple(1.0 if turns and not k % 2 else float(f) for k, f in enumerate(factors))[1:]
-        made = (cls.from_values(times=times, factors=back) for cls in kinds)
-        effect = next((one for one in made if one is not None), None)
+        effect = level_effect(model, times=times, factors=back)
         if effect is None:
             return []
         one = turns and places.size == 2
@@ -152,6 +150,12 @@ def screen_several(series: Series, model: Model) -> list[Candidate]:
     if chosen is None:
         return []  # one interval
     return [Candidate(chosen, gain, LEVELS, None, chosen.numbers, min(0.0, -best))]
+
+
+def level_effect(model: Model, **values: Any) -> Modifier | None:
+    """Change of the noise level with these values, of the first suitable kind that may be added to `model`; or None."""
+    kinds = (type(blank) for blank in _level_effects(model, {}))
+    return next((one for cls in kinds if (one := cls.from_values(**values)) is not None), None)
 
 
 def _level_effects(model: Model, columns: Mapping[str, Array]) -> list[Modifier]:
@@ -271,7 +275,6 @@ def screen_cycle(series: Series, model: Model) -> Candidate | None:
     """
     from scipy.special import log_ndtr
 
-    kinds = [type(blank) for blank in _level_effects(model, {})]
     cells = min(PERIOD_CELLS, series.judged.size)
     power = cell_means(series.judged, cells)
     freedom = series.freedom * series.judged.size / cells
@@ -309,7 +312,7 @@ def screen_cycle(series: Series, model: Model) -> Candidate | None:
         "share": (last - first) / PHASES,
         "factor": float(np.sqrt(series.white_ratio(ratio_of))),
     }
-    effect = next((e for cls in kinds if (e := cls.from_values(**values)) is not None), None)
+    effect = level_effect(model, **values)
     if effect is None:
         return None
     # The p-value of the best gate over all gates of all periods.
