@@ -72,8 +72,8 @@ from allanite.fit import Fit as Fit
 from allanite.fit import fit_columns as fit_columns
 from allanite.fit import fit_many as fit_many
 from allanite.fit import fit_model as fit_model
-from allanite.fit.several.columns import Fits as Fits
-from allanite.fit.several.many import ManyFits as ManyFits
+from allanite.fit.several import Fits as Fits
+from allanite.fit.several import ManyFits as ManyFits
 from allanite.page import explore as explore
 from allanite.planning import Plan as Plan
 from allanite.planning import Power as Power

@@ -18,7 +18,7 @@ from allanite.fit.engine import solve
 from allanite.fit.likelihood.discrepancy import HALF_CHI2_95
 from allanite.fit.models import parameter_label
 from allanite.fit.rivals.alternatives import MAX_POLISH_DELTA_LOGL
-from allanite.fit.several.many import pooled_by_errors
+from allanite.fit.several import pooled_by_errors
 from allanite.suggestion.exclusions_first import excludes_or_changes_level
 
 if TYPE_CHECKING:
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
     from allanite.effects import Parameter
     from allanite.fit.result import Fit
-    from allanite.fit.several.many import Pooled
+    from allanite.fit.several import Pooled
 
 #: Axes differ in a parameter if its p-value times the number of parameters is below this level.
 DIFFERENCE_LEVEL = 0.05

@@ -21,7 +21,7 @@ from allanite.effects._modifier import Modifier
 from allanite.effects.terms import Term, White
 
 if TYPE_CHECKING:
-    from allanite.fit.several.columns import Fits
+    from allanite.fit.several import Fits
     from allanite.recording import Recording
     from allanite.statespace import StateSpace
 

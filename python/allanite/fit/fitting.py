@@ -15,8 +15,7 @@ from allanite.fit.likelihood.data import Data, prepare
 from allanite.fit.locked import locked_error
 from allanite.fit.missing.completion import complete_and_fit, is_still_complete, without_ends
 from allanite.fit.result import Fit
-from allanite.fit.several.columns import Fits
-from allanite.fit.several.many import ManyFits, of_fits
+from allanite.fit.several import Fits, ManyFits, of_fits
 from allanite.fit.summarized import of_summary, require_summary_supports
 from allanite.recording import Recording
 from allanite.summary import Summary

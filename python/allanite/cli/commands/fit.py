@@ -78,7 +78,7 @@ def command(
     if len(fits) == 1:
         output.print_results(results, options)
         return
-    from allanite.fit.several.many import of_fits
+    from allanite.fit.several import of_fits
     from allanite.recording.sensor_names import kind_of_sensor
 
     # Without units in the log, a gyroscope and an accelerometer have the same unit. They must not be pooled.

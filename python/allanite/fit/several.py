@@ -1,5 +1,7 @@
 """Fit one model to several recordings or axes, pool the coefficients, and test whether the recordings agree.
 
+Input: fits of one model to recordings or columns. Output: common values, and p-values of agreement.
+
 Coefficients of random processes are compared by likelihood, which allows non-normal errors and coefficients at zero. One
 coefficient is made common to all recordings, and the others stay free. Twice the loss of logL against free fits follows χ²
 with one degree of freedom fewer than recordings. All other parameters are compared by their standard errors.
@@ -7,7 +9,10 @@ with one degree of freedom fewer than recordings. All other parameters are compa
 
 from __future__ import annotations
 
+import json
 from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,10 +20,12 @@ import numpy as np
 from allanite.common.arrays import Array
 from allanite.common.documents import fields_dict
 from allanite.common.errors import InputError
+from allanite.common.files import write_text
 from allanite.common.former import Former
 from allanite.common.numbers import number, probability_text
 from allanite.common.parameters import NORMAL, Estimate
 from allanite.common.printing import printed
+from allanite.common.several import Several
 from allanite.common.showing import aligned_lines
 from allanite.effects import Deterministic, Model, Stochastic
 from allanite.effects.sheet_units import in_sheet_unit
@@ -26,12 +33,13 @@ from allanite.fit.estimates import has_interval
 from allanite.fit.likelihood.discrepancy import HALF_CHI2_95
 from allanite.fit.likelihood.whittle import climb, profile_loss
 from allanite.fit.models import parameter_label
+from allanite.fit.result import Fit
 from allanite.fit.table import estimate_cell
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from allanite.fit.result import Fit
+    from allanite.suggestion import Check
 
 #: p-value below which recordings disagree, and a random-effects mean is reported: the usual 5 % level.
 MIN_AGREEMENT_P = 0.05
@@ -158,6 +166,62 @@ class ManyFits:
         return "\n".join(
             [f"model {fit.model.name}, {units}", "", *aligned_lines(table), "", verdict]
         )
+
+
+class Fits(Several[Fit]):
+    """Fits of one model to several columns, by column name.
+
+    Examples
+    --------
+    >>> white = np.random.default_rng(1).standard_normal((5000, 2))
+    >>> log = al.Recording(white, rate=100, unit="deg/s", columns=["gyro_x", "gyro_y"])
+    >>> fits = al.fit_columns(log, "N")
+    >>> round(fits["gyro_x"]["N"].value, 2), fits.pooled[0].agree, fits.check()["gyro_x"].adequate
+    (0.1, True, True)
+    >>> sorted(fits.to_dict())
+    ['columns', 'pooled', 'schema']
+    >>> fits.save("fits.json")
+    """
+
+    together = Former("pooled")
+
+    @cached_property
+    def pooled(self) -> tuple[ManyFits, ...]:
+        """Tuple of `ManyFits`: pooled coefficients for each group of at least two columns with the same unit and model."""
+        groups: dict[tuple[str, str], list[Fit]] = {}
+        for fit in self.values():
+            groups.setdefault((fit.recording.unit, fit.model.name), []).append(fit)
+        return tuple(of_fits(group) for group in groups.values() if len(group) > 1)
+
+    def check(self) -> Several[Check]:
+        """`Several` (a mapping) from the name of each column to the `Check` of its fit."""
+        return Several({name: fit.check() for name, fit in self.items()})
+
+    def _missing(self, name: str) -> str:
+        """Message of the KeyError for an unknown column `name`; for a parameter it explains how to access it."""
+        first = next(iter(self))
+        effects = self[first].model
+        if name in effects.labels and name not in {p.name for e in effects for p in e.parameters}:
+            return f"{len(self)} columns were fitted; use fit[{first!r}].estimates_of({name!r})"
+        try:
+            self[first][name]
+        except KeyError:
+            return super()._missing(name)
+        return f"{len(self)} columns were fitted; use fit[{first!r}][{name!r}]"
+
+    def to_dict(self) -> dict[str, Any]:
+        """Dict (JSON form) with ``schema``, ``columns`` and ``pooled`` (an entry for each unit and model of several)."""
+        return {**super().to_dict(), "pooled": [many.pooled_dict() for many in self.pooled]}
+
+    def save(self, path: str | Path) -> None:
+        """Write the fits, without pooled values, to `path` as JSON.
+
+        ``--model``, `allanite simulate`, `compare` and `export` can read the file.
+        """
+        write_text(path, json.dumps(super().to_dict(), indent=1) + "\n")
+
+    def __str__(self) -> str:
+        return "\n\n".join([super().__str__(), *map(str, self.pooled)])
 
 
 def of_fits(fits: Sequence[Fit]) -> ManyFits:
