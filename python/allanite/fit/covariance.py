@@ -13,7 +13,7 @@ from allanite.effects import Model, Stochastic
 from allanite.fit.likelihood.expected import columns
 from allanite.fit.likelihood.peaks import bins_near, is_fitted_to_ordinates
 from allanite.fit.likelihood.whittle import information
-from allanite.fit.missing.mixing import known_ordinates, mixing_of
+from allanite.fit.missing.shares import known_ordinates, mixing_of
 from allanite.fit.models import parameter_label
 from allanite.fit.shapes.narrow import Window
 from allanite.fit.shapes.polish import Shapes

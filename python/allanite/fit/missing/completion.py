@@ -7,7 +7,7 @@ in the model's power. Their variance is again S for any gaps. Known functions of
 
 A model would confirm itself if the gaps were filled under it (Dempster, Laird & Rubin 1977 converge in this way: slowly,
 and to the nearest maximum). Therefore a model is compared with its spectrum after the same filling: gaps mix the power
-of ordinates (`mixing.py`).
+of ordinates (`shares.py`).
 
 The model's covariance is diagonal in the ordinates (rust/spectrum.rs), so that m needs only cosine transforms. The missing
 samples solve Q_mm x_m = −Q_mo x_o, Q = Cᵀ S⁻¹ C, by conjugate gradients (Stroud, Stein & Lysen 2017).
@@ -32,8 +32,7 @@ from allanite.fit.likelihood.expected import column, expected_power
 from allanite.fit.likelihood.remembered import ArrayCache
 from allanite.fit.likelihood.stop_band import EMPTY_BIN_FREEDOM, is_empty
 from allanite.fit.likelihood.whitened import log_density_at_nodes
-from allanite.fit.missing.mixing import known_ordinates, mixing_of
-from allanite.fit.missing.shares import MAX_CELLS, unknown_share
+from allanite.fit.missing.shares import MAX_CELLS, known_ordinates, mixing_of, unknown_share
 
 if TYPE_CHECKING:
     from allanite.effects import Model

@@ -12,7 +12,7 @@ from allanite.fit.likelihood.data import prepare
 from allanite.fit.likelihood.expected import column
 from allanite.fit.likelihood.whittle import normal_scores
 from allanite.fit.missing.completion import _ConditionalMean, complete
-from allanite.fit.missing.mixing import known_ordinates, mixing_of, squared_correlations
+from allanite.fit.missing.shares import known_ordinates, mixing_of, squared_correlations
 from allanite.spectrum import bins_of
 
 RATE = 100.0
