@@ -123,6 +123,7 @@ def estimates(
             detected, ranges = _function_ranges(solution, own, data)
             if own in slow:
                 ranges |= with_noise_uncertainty(own.effect, ranges, *slow[own])
+            ranges |= _ranges_over_gaps(own.effect, ranges, data)
         else:
             ranges = _modifier_ranges(own.effect, errors, data)
         units = {
@@ -394,6 +395,26 @@ def _function_ranges(solution: Solution, own: Regressed, data: Data) -> tuple[bo
         if error is not None:
             out[name] = _range(parameter, value, error)
     return _is_function_detected(own), out
+
+
+def _ranges_over_gaps(effect: Deterministic, ranges: Ranges, data: Data) -> Ranges:
+    """Dict of the ranges of the times of an event whose intervals touch missing samples; they include the whole gap.
+
+    The record does not show when the event happened within a gap, so these ranges have no standard error.
+    """
+    out: Ranges = {}
+    times = [p.name for p in effect.parameters if p.unit == "s" and p.low <= 0.0]
+    if data.missing is None or not effect.happens_once:
+        return out
+    edges = np.flatnonzero(np.diff(data.missing, prepend=False, append=False)) / data.rate
+    starts, ends = data.start + edges[::2] - 1.0 / data.rate, data.start + edges[1::2]
+    for name in ranges.keys() & times:
+        low, high = ranges[name][1]
+        touched = (starts <= high) & (ends >= low)
+        if touched.any():
+            ends_of_range = min(low, *starts[touched]), max(high, *ends[touched])
+            out[name] = None, ends_of_range
+    return out
 
 
 def _amplitude_error(

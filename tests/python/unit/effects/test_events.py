@@ -243,3 +243,20 @@ def test_a_decay_of_seconds_is_one_transient(seed):
     assert first.effect.time == pytest.approx(2000.0 * (seed + 1), abs=1.0)
     low, high = first.estimates["time_constant"].interval
     assert low < 5.0 < high
+
+
+def test_a_step_within_excluded_samples_has_no_known_time():
+    """The bias changes while the sensor is carried: both times may be anywhere in the excluded segment."""
+    rate, n = 50.0, 20_000
+    rng = np.random.default_rng(3)
+    time = np.arange(n) / rate
+    x = g.white(rng, n, rate, 0.001) + 0.3 * (time > 204.0)
+    x[(time > 200.0) & (time < 208.0)] += 0.5
+    there = "N+DIST(start=200,end=208)+RISE(begin=202,end=206)"
+    values = al.fit_model(al.Recording(x, rate, unit="m/s^2"), there).estimates[-1]
+    for name in ("begin", "end"):
+        low, high = values[name].interval
+        assert low <= 200.0
+        assert high >= 208.0
+    low, high = values["height"].interval
+    assert low < 0.3 < high < 0.31
