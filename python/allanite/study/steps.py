@@ -180,14 +180,14 @@ def further_steps(
     * if less than 90 % of its ΔlogL remains (not for exclusions and changes of level),
     * if the spectrum has changed since the check, and it is an exclusion, a change of level, or an event with p > 1e-4.
 
-    The iterator ends after a step that removes effects or excludes a segment.
+    The iterator ends after a step that excludes a segment.
     """
     ladder, added, candidates = list(ladder), list(added), _candidates(check)
     unchanged = leaves_others_unchanged(check.fit, ladder[-1])
     first = min((at for at, s in enumerate(candidates) if s in added), default=0)
     for suggestion in candidates[first:]:
         before = ladder[-1]
-        if before.removed or any(e.removes and e.when for e in before.new):
+        if any(e.removes and e.when for e in before.new):
             return
         elsewhere = excludes_or_changes_level(suggestion.effect)
         # The p-value of an event depends on the noise, which an addition may change.

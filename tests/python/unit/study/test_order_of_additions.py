@@ -270,3 +270,15 @@ def test_noise_that_follows_a_column_is_judged_beside_a_missing_band():
     record = al.Recording(x, rate=RATE, unit="rad/s", covariates={"temperature": column})
     check = al.fit_model(record, "N").check()
     assert {"resonance", "noise_of_column"} <= {s.kind for s in check.significant}
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_an_effect_that_replaces_another_ends_no_series_of_additions(seed):
+    """A random walk instead of flicker: the line of the same check is added without a new check."""
+    rng = np.random.default_rng([seed, 71])
+    x = g.white(rng, 10_000, 10.0, 0.1) + 0.08 / np.sqrt(10.0) * np.cumsum(rng.normal(size=10_000))
+    x += g.sinusoid(10_000, 10.0, 2.5, 0.06, 1.0)
+    checked = []
+    study = al.improve(al.Recording(x, 10.0), "N+B", lambda done, _: checked.append(done))
+    assert study.fit.model.name == "N+K+SIN"
+    assert checked == [1, 3]
