@@ -6,7 +6,14 @@ Input: a recording (or a summary, or several recordings) and a model. Output: a 
 
 from __future__ import annotations
 
-from allanite.fit.fitting import fit_again, fit_columns, fit_many, fit_model, refitted
+from allanite.fit.fitting import (
+    completed_again,
+    fit_again,
+    fit_columns,
+    fit_many,
+    fit_model,
+    refitted,
+)
 from allanite.fit.measures import Error, Misfit
 from allanite.fit.result import Fit
 
@@ -14,6 +21,7 @@ __all__ = [
     "Error",
     "Fit",
     "Misfit",
+    "completed_again",
     "fit_again",
     "fit_columns",
     "fit_many",

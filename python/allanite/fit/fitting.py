@@ -212,19 +212,27 @@ def refitted(fit: Fit, model: Model) -> Fit:
 def fit_again(fit: Fit, model: Model) -> Fit:
     """`Fit` of another model to the recording of `fit` by the same method.
 
-    A Whittle fit starts from the solution and the data of `fit`. Missing samples are drawn again if draws from the new
-    model would change logL by 0.02 nats or more.
+    A Whittle fit starts from the solution and the data of `fit`, and completes missing samples again (`completed_again`).
     """
     if fit.method == "whittle":
-        found = refitted(fit, model)
-        if found.data is not fit.data:
-            return found
-        if not is_still_complete(fit.data, fit.solution, found.solution):
-            data, solution = complete_and_fit(fit.data, model, found.solution)
-            found = Fit(fit.recording, solution.model, fit.method, data, solution)
-        if without_ends(found.data, found.solution) is None:
-            return found
+        return completed_again(refitted(fit, model), fit)
     return _fit(fit.recording, model, method=fit.method)
+
+
+def completed_again(found: Fit, before: Fit) -> Fit:
+    """`Fit` of the model of `found` whose missing samples are completed under this model; `found` itself if they are.
+
+    `found` is a Whittle fit to the data of `before`, or to other data, which are complete. Missing samples are drawn again
+    if draws from the new model would change logL by 0.02 nats or more.
+    """
+    if found.data is not before.data:
+        return found
+    if not is_still_complete(before.data, before.solution, found.solution):
+        data, solution = complete_and_fit(before.data, found.model, found.solution)
+        found = Fit(found.recording, solution.model, found.method, data, solution)
+    if without_ends(found.data, found.solution) is None:
+        return found
+    return _fit(found.recording, found.model, method=found.method)
 
 
 def _check_values(model: Model, n: int, rate: float) -> None:

@@ -12,7 +12,7 @@ from allanite.fit.kept import forget
 from allanite.fit.likelihood.remembered import trim_memory
 from allanite.study.ladder import Rung, Study
 from allanite.study.steps import best_replacement, further_steps, step_and_suggestions
-from allanite.study.story import story, tried_and_dropped
+from allanite.study.story import story, tried_and_dropped, without_rises
 from allanite.suggestion.check import last_check
 from allanite.suggestion.constants import MAX_ADDED_EFFECTS
 
@@ -122,14 +122,14 @@ class Search:
         return study
 
     def _steps(self, stop: str) -> tuple[Rung, ...]:
-        """Tuple of the checked steps as users see them, rearranged by `story`.
+        """Tuple of the checked steps as users see them, rearranged by `story` and joined by `without_rises`.
 
         Not rearranged if `stop` is "time" or "interrupted", or if the deadline passes before `story` is done.
         """
         ladder = tuple(self.ladder[: self.checked])
         if stop not in {"time", "interrupted"}:
             with suppress(TimeoutError), with_deadline(self.deadline, self.clock):
-                return story(ladder)
+                return without_rises(story(ladder))
         return ladder
 
 

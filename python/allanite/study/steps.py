@@ -7,11 +7,12 @@ resort is a suggestion that is not significant but makes a rejected fit adequate
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from allanite.common.errors import TooShortError
 from allanite.effects import Model
-from allanite.fit import refitted
+from allanite.fit import completed_again, refitted
 from allanite.fit.likelihood.changing_power import changing_effects
 from allanite.fit.rivals.alternatives import is_detected
 from allanite.fit.rivals.evidence import MAX_RIVAL_LOG_EVIDENCE, evidence_gain
@@ -255,11 +256,12 @@ def _step_with(
         return None
     # The likelihoods of other samples, of levels and of moving bands are not comparable: the check compared them.
     risen += delta_logl(added.fit, after.fit)
-    first = suggestions[0]
-    rung = rung_of(before, after, first.kind, risen, first.trials)
     known = _new_times_are_known(before, after)
-    doubtful = is_doubtful_event(before.fit, rung.fit, suggestion)
-    return (rung, suggestions) if known and not doubtful else None
+    if not known or is_doubtful_event(before.fit, after.fit, suggestion):
+        return None
+    after = replace(after, fit=completed_again(after.fit, before.fit))
+    first = suggestions[0]
+    return rung_of(before, after, first.kind, risen, first.trials), suggestions
 
 
 def _merged_or_added(

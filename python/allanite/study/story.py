@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,7 +12,11 @@ from allanite.effects import Effect, Model
 from allanite.fit import refitted
 from allanite.fit.engine import solve
 from allanite.fit.rivals.evidence import evidence
-from allanite.study.judgement import allan_error_rises, no_error_rises
+from allanite.study.judgement import (
+    allan_error_rises,
+    allan_error_within_scatter,
+    no_error_rises,
+)
 from allanite.study.ladder import Rung
 from allanite.study.state import state_of
 from allanite.suggestion.exclusions_first import excludes_or_changes_level
@@ -61,6 +66,44 @@ def story(ladder: Sequence[Rung]) -> tuple[Rung, ...]:
         kept, new = [*kept, effect], [e for e in new if e is not effect]
         leaving = [e for e in leaving if e not in dropped]
     return tuple(found)
+
+
+def without_rises(steps: Sequence[Rung]) -> tuple[Rung, ...]:
+    """Tuple of the steps, in which a step that raises the Allan error is joined with the next, the last with the previous.
+
+    Two effects that overlap in τ may together lower an error that one of them raises. A rise to at most the expected
+    scatter does not count. Steps are joined only if the error does not rise over both.
+    """
+    found, waiting = [steps[0]], list(steps[1:])
+
+    def rises(before: Rung, after: Rung) -> bool:
+        """True if the Allan error rises from one step to another and exceeds its expected scatter."""
+        return allan_error_rises(before.fit, after.fit) and not allan_error_within_scatter(
+            after.fit
+        )
+
+    while waiting:
+        step = waiting.pop(0)
+        if rises(found[-1], step):
+            if waiting and not rises(found[-1], waiting[0]):
+                step = _joined(found[-1], step, waiting.pop(0))
+            elif not waiting and len(found) > 1 and not rises(found[-2], step):
+                step = _joined(found[-2], found.pop(), step)
+        found.append(step)
+    return tuple(found)
+
+
+def _joined(before: Rung, first: Rung, second: Rung) -> Rung:
+    """Step (`Rung`) that makes the changes of two, of which the first follows the step `before`."""
+    return replace(
+        second,
+        added=first.added or second.added,
+        removed=first.removed + second.removed,
+        risen=first.risen_since(before) + second.risen_since(first),
+        dropped_start=first.dropped_start + second.dropped_start,
+        brought=(*first.brought, *(second.new if first.added else second.brought)),
+        trials=first.trials if first.added else second.trials,
+    )
 
 
 def tried_and_dropped(ladder: Sequence[Rung]) -> tuple[Effect, ...]:

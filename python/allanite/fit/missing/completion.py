@@ -331,6 +331,15 @@ def _max_logl_loss(count: Array, one: Array, other: Array) -> float:
     return 0.5 * float(count @ np.log(one / other) ** 2)
 
 
+def _raised_level(solution: Solution) -> Array:
+    """Array of the ratio of true to modeled power in each bin, at least 1: power that the model lacks, shape (bins,).
+
+    A lower level would confirm itself: with little power in a bin, its present samples say little about the missing ones,
+    and the next estimate is lower still.
+    """
+    return np.maximum(solution.level, 1.0)
+
+
 def is_still_complete(data: Data, before: Solution, after: Solution) -> bool:
     """True if completing the missing samples again, now under the fit `after`, would change logL by less than 0.02 nats.
 
@@ -342,7 +351,7 @@ def is_still_complete(data: Data, before: Solution, after: Solution) -> bool:
         return data.missing is None
     number = np.diff(data.bins.edges)
     unknown = 1.0 - np.add.reduceat(data.gain**2, data.bins.edges[:-1]) / number
-    old, new = (fit.spectrum * fit.level for fit in (before, after))
+    old, new = (fit.spectrum * _raised_level(fit) for fit in (before, after))
     lacking = number @ (np.abs(new - old) + np.abs(after.power - before.power)) / data.n
     change = unknown * np.abs(np.log(new / old)) + data.lost * lacking / new
     return 0.5 * float(data.bins.count @ change**2) < MAX_SETTLED_DELTA_LOGL
@@ -355,7 +364,8 @@ def complete_and_fit(
 
     Each round draws the missing samples and fits again. At most 8 rounds are made, until one changes logL by less than 0.02
     nats. If the fit then has a discrepancy, up to 8 rounds follow whose draws have the power estimated in each bin instead
-    of that of the model. `start` is a fit to `data` that were completed under another model.
+    of that of the model. They also end with a round that changes logL by over half as much as the one before. `start` is a
+    fit to `data` that were completed under another model.
     """
     known = all(
         value is not None
@@ -372,7 +382,7 @@ def complete_and_fit(
         last = np.inf
         theta = solution.theta
         for _ in range(MAX_ROUNDS):
-            level = None if trusting else solution.level
+            level = None if trusting else _raised_level(solution)
             before = solution.spectrum if level is None else solution.spectrum * level
             now = with_coefficients(solution.model, theta)
             completed = complete(data, now, level, data.completions)
@@ -383,12 +393,14 @@ def complete_and_fit(
             data = completed
             # Search free shapes again: their first values may describe the bridged gaps.
             solution = solve(data, model if trusting else solution.model)
-            after = solution.spectrum if level is None else solution.spectrum * solution.level
+            after = solution.spectrum * (1.0 if level is None else _raised_level(solution))
             moved = _max_logl_loss(data.bins.count, before, after)
-            if moved < MAX_SETTLED_DELTA_LOGL:
+            slow = moved >= 0.5 * last
+            # Levels that gaps hide confirm themselves and drift.
+            if moved < MAX_SETTLED_DELTA_LOGL or (slow and not trusting):
                 break
             # If two models alternate, continue from their mean.
-            theta = solution.theta if moved < 0.5 * last else 0.5 * (theta + solution.theta)
+            theta = 0.5 * (theta + solution.theta) if slow else solution.theta
             last = moved
         if not solution.discrepancy:
             break

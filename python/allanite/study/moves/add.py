@@ -26,6 +26,18 @@ if TYPE_CHECKING:
     from allanite.suggestion import Check, Suggestion
 
 
+def trial_fit(fit: Fit, addition: Effect | Suggestion) -> Fit:
+    """`Fit` like `fit.add(addition)`, but to the missing samples as they are completed now.
+
+    Completing many missing samples again takes longer than all else in a trial, so only an accepted step does it.
+    """
+    if isinstance(addition, Effect):
+        return refitted(fit, fit.model + addition)
+    return refitted(
+        fit, addition.found.model if addition.before is fit else fit.model + addition.effect
+    )
+
+
 def with_addition(before: State, addition: Effect | Suggestion) -> State | None:
     """`State` of the model with one more effect, or with this effect in place of another; or None.
 
@@ -42,17 +54,21 @@ def with_addition(before: State, addition: Effect | Suggestion) -> State | None:
     effect = addition if isinstance(addition, Effect) else addition.effect
     if not isinstance(addition, Effect) and addition.gives_way:
         lost = places_lost(fit.model, addition.found.model)
-        return None if any(map(before.is_given, lost)) else before.after(fit.add(addition), lost)
+        return (
+            None
+            if any(map(before.is_given, lost))
+            else before.after(trial_fit(fit, addition), lost)
+        )
     effects = fit.model.effects
     if effect.removes and effect.when is not None:
         lost = tuple(p for p in before.added if lies_mostly_within(effects[p], effect.when, fit))
         if not lost:
-            return before.after(fit.add(addition))
+            return before.after(trial_fit(fit, addition))
         others = tuple(e for p, e in enumerate(effects) if p not in lost)
         return before.after(refitted(fit, Model((*others, effect))), lost)
     place = next((i for i, e in enumerate(effects) if is_same_feature(e, effect, fit)), None)
     if place is None:
-        return before.after(fit.add(addition))
+        return before.after(trial_fit(fit, addition))
     if before.is_given(place):
         return None
     better = refitted(fit, Model((*effects[:place], *effects[place + 1 :], effect)))
@@ -103,7 +119,7 @@ def _first_tolerable_pair(
             continue
         else:
             lost = ()
-        both = after.after(after.fit.add(suggestion), lost)
+        both = after.after(trial_fit(after.fit, suggestion), lost)
         # The prediction takes most of the time and comes last.
         if no_error_rises(before.fit, both.fit) and (
             suggestion.effect_happens_once or predicts_as_well(after.fit, both.fit)

@@ -20,6 +20,7 @@ from allanite.fit.rivals.alternatives import is_detected
 from allanite.fit.rivals.evidence import MAX_RIVAL_LOG_EVIDENCE, discrepancy_gain, evidence
 from allanite.fit.rivals.score import is_broad
 from allanite.study.judgement import no_error_rises, predicts_as_well, score_change
+from allanite.study.moves.add import trial_fit
 from allanite.study.relations import line_distance
 from allanite.suggestion.constants import (
     MAX_SEPARATE_LEVEL_INTERVALS,
@@ -66,7 +67,7 @@ def with_wandering_line(before: State, suggestion: Suggestion) -> State | None:
     one = refitted(fit, Model((*(e for p, e in enumerate(effects) if p not in near), band)))
     beat = min(line_distance(effects[p], line) for p in near) * duration < 1.0
     least = -MIN_DELTA_LOGL_OVER_SIMPLER if beat else -MAX_RIVAL_LOG_EVIDENCE
-    if score_change(fit.add(suggestion), one) < least or not no_error_rises(fit, one):
+    if score_change(trial_fit(fit, suggestion), one) < least or not no_error_rises(fit, one):
         return None
     return before.after(one, near)
 

@@ -328,3 +328,26 @@ def test_a_function_beside_long_gaps_has_the_height_of_least_squares():
     first = al.fit_model(al.Recording(x, rate=1.0), "N")
     found = fit_again(first, first.model + warm).estimates_of("WARM")["amplitude"].value
     assert abs(found - height) < 0.1 * height
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_power_hidden_by_gaps_does_not_drift_if_the_model_is_wrong(seed):
+    """A phase of which gaps hide 70 %, fitted without its white noise: each bin keeps about the power of the whole."""
+    rng = np.random.default_rng([seed, 5])
+    n = 4000
+    rate = 2e-9 * rng.standard_normal(n) + np.cumsum(4e-11 * rng.standard_normal(n))
+    phase = 1e-8 * rng.standard_normal(n) + np.cumsum(rate)
+    there = np.zeros(n, dtype=bool)
+    at = 0
+    while at < n:
+        length = int(rng.geometric(1 / 15))
+        there[at : at + length] = True
+        at += length + int(8.0 * rng.pareto(1.2)) + 1
+    there[[0, -1]] = True
+    stamps = np.flatnonzero(there).astype(float)
+    unit = {"rate": 1.0, "unit": "s", "quantity": "angle"}
+    found = al.fit_model(al.Recording(phase[there], time=stamps, **unit), "N+B+K")
+    whole = al.fit_model(al.Recording(phase, **unit), "N+B+K")
+    assert found.discrepancy.percent > 10.0
+    # Few ordinates of a bin are known, and the model is wrong, but a bin is never off by ten orders of magnitude.
+    assert np.abs(np.log(found.data.power / whole.data.power)).max() < np.log(1e5)

@@ -6,10 +6,14 @@ import pytest
 import allanite as al
 import generators as g
 from allanite.fit import refitted
+from allanite.fit.missing import completion
 from allanite.fit.rivals.evidence import evidence_gain
+from allanite.study.ladder import Rung
+from allanite.study.moves.add import with_addition
 from allanite.study.moves.drop import models_with_one_dropped, without_needless_effects
 from allanite.study.moves.replace import models_with_replacement
 from allanite.study.state import State
+from allanite.study.steps import next_step
 
 RATE = 50.0
 
@@ -98,3 +102,28 @@ def test_a_lag_and_a_ramp_are_not_called_flicker():
         found.append({effect.kind for effect in al.improve(record, "N").fit.model})
     truth = {"angle_random_walk", "gauss_markov", "rate_ramp"}
     assert sum(kinds == truth for kinds in found) >= 5
+
+
+def test_only_an_accepted_step_completes_missing_samples_again(monkeypatch):
+    """With many gaps, completing them takes nearly all of the time of a trial."""
+    rng = np.random.default_rng(3)
+    samples = 0.1 * rng.standard_normal(3000) + 0.2 * np.sin(0.817 * np.arange(3000))
+    samples[rng.random(3000) < 0.3] = np.nan
+    fit = al.fit_model(al.Recording(samples, 10.0), "N")
+    check = fit.check()
+    calls = []
+
+    def complete_and_fit(*given):
+        """Count the call, and complete."""
+        calls.append(given)
+        return completion.complete_and_fit(*given)
+
+    monkeypatch.setattr("allanite.fit.fitting.complete_and_fit", complete_and_fit)
+    for suggestion in check.suggestions[:4]:
+        trial = with_addition(State.of(fit), suggestion)
+        assert trial is None or trial.fit.data is fit.data
+    assert not calls
+    rung = next_step([Rung(fit)], check)
+    assert rung.fit.model.name == "N+SIN"
+    assert rung.fit.data is not fit.data
+    assert len(calls) == 1

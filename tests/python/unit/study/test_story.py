@@ -1,6 +1,7 @@
 """The steps of a study lead from the first to the last model without detours, and no error rises beyond its scatter."""
 
 import itertools
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ from allanite.common.threads import stop_if_unwanted
 from allanite.study.judgement import no_error_rises
 from allanite.study.ladder import Rung
 from allanite.study.search import Search
+from allanite.study.story import without_rises
 
 RATE, LENGTH = 50.0, 12_000
 TIME = np.arange(LENGTH) / RATE
@@ -81,3 +83,36 @@ def test_no_step_drops_an_effect_that_the_last_model_has(seed):
     last = {e.kind for e in study.fit.model}
     assert last == {"angle_random_walk", "rate_ramp", "rate_random_walk"}
     assert not any(last & set(rung.removed) for rung in study.ladder)
+
+
+def _steps(*errors):
+    """Steps whose Allan errors are `errors`, %, with an expected scatter of 7 %; each adds a line and raises logL by 9."""
+    fits = [
+        SimpleNamespace(
+            curve=SimpleNamespace(rms_percent=error, expected_scatter_percent=7.0),
+            solution=SimpleNamespace(log_likelihood=9.0 * at),
+        )
+        for at, error in enumerate(errors)
+    ]
+    return [Rung(fits[0]), *(Rung(f, al.Sinusoid(frequency=k)) for k, f in enumerate(fits[1:], 1))]
+
+
+@pytest.mark.parametrize(
+    ("errors", "shown"),
+    [
+        ((15.0, 9.0, 12.0, 2.0), (15.0, 9.0, 2.0)),  # joined with the next step
+        ((15.0, 9.0, 12.0), (15.0, 12.0)),  # the last is joined with the previous
+        ((9.0, 12.0), (9.0, 12.0)),  # the first model stays
+        ((15.0, 4.0, 5.0), (15.0, 4.0, 5.0)),  # within the scatter
+        ((15.0, 8.0, 9.0, 10.0, 9.0), (15.0, 8.0, 9.0, 9.0)),  # both together raise it, too
+    ],
+)
+def test_a_step_that_raises_the_allan_error_is_joined_with_another(errors, shown):
+    steps = _steps(*errors)
+    found = without_rises(steps)
+    assert tuple(rung.fit.curve.rms_percent for rung in found) == shown
+    assert [e for rung in found for e in rung.new] == [e for rung in steps for e in rung.new]
+    pairs = itertools.pairwise(found)
+    assert [rung.risen_since(before) for before, rung in pairs] == [
+        9.0 * len(rung.new) for rung in found[1:]
+    ]
