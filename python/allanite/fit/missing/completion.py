@@ -83,6 +83,10 @@ class _ConditionalMean:
     inverse is Q = Cᵀ diag(`precision`) C, with `precision` = 1/spectrum. Index m denotes the missing samples. `starts` are
     the missing samples under a similar spectrum, in the order of the calls, from which conjugate gradients start;
     `solutions` are those under this spectrum.
+
+    Transforms take up to five times as long if the number of samples n is odd or has large prime factors. If conjugate
+    gradients are used, the record therefore ends with further missing samples, up to an even length with small factors.
+    `missing` and the `spectrum` have this length.
     """
 
     def __init__(
@@ -92,21 +96,33 @@ class _ConditionalMean:
         starts: Sequence[Array] = (),
         tolerance: float = GRADIENT_TOLERANCE,
     ) -> None:
-        self.missing = missing
-        self.tolerance = tolerance
-        self.precision = 1.0 / spectrum
-        self.precision[0] = 0.0
+        self.n, self.tolerance = missing.size, tolerance
         self.starts = list(starts)
         self.solutions: list[Array] = []
+        self._set_spectrum(missing, spectrum)
         self.exact = _cholesky_of_missing(missing, self.precision)
         if self.exact is not None:
             return
+        from scipy.fft import next_fast_len
+
+        n = 2 * next_fast_len(-(-missing.size // 2))
+        ends = np.ones(n - missing.size, dtype=bool)
+        j = np.arange(n) * (missing.size / n)
+        self._set_spectrum(
+            np.append(missing, ends), np.interp(j, np.arange(missing.size), spectrum)
+        )
         # Inside a gap of L samples only periods below 2L matter; there S is a good preconditioner for Q.
         first, end = runs_of(missing)
         lengths = (end - first).astype(float)
         typical = float((lengths**2).sum() / lengths.sum())
-        slow = min(missing.size - 1, int(missing.size / typical))
-        self.rough = np.minimum(spectrum, spectrum[max(1, slow)])
+        slow = min(n - 1, int(n / typical))
+        self.rough = np.minimum(self.spectrum, self.spectrum[max(1, slow)])
+
+    def _set_spectrum(self, missing: Mask, spectrum: Array) -> None:
+        """Set the missing samples and the spectrum, of the same length."""
+        self.missing, self.spectrum = missing, spectrum
+        self.precision = 1.0 / spectrum
+        self.precision[0] = 0.0
 
     def _apply(self, values: Array, weight: Array) -> Array:
         """Cᵀ diag(weight) C x at the missing samples; x is `values` there and 0 elsewhere."""
@@ -123,23 +139,20 @@ class _ConditionalMean:
 
     def mean(self, samples: Array) -> Array:
         """Array of `samples` in which the missing ones are replaced by their conditional mean, shape (n,)."""
-        out = samples.copy()
-        out[self.missing] = self._solved(
-            -self._weighted(samples, self.precision), samples[self.missing]
-        )
-        return out
+        out = np.append(samples, np.full(self.missing.size - self.n, samples[-1]))
+        out[self.missing] = self._solved(-self._weighted(out, self.precision), out[self.missing])
+        return out[: self.n]
 
-    def unknown_part(self, draw: Array) -> Array:
-        """A random record minus the conditional mean given its present samples; 0 at these samples, shape (n,).
-
-        `draw`, shape (n,), holds standard normal numbers, which times the root of the spectrum are the ordinates of the
-        record.
-        """
-        out = np.zeros(draw.size)
+    def drawn(self, rng: np.random.Generator) -> tuple[Array, Array]:
+        """Pair: a random record, and it minus the conditional mean given its present samples, each of shape (n,)."""
+        root = np.sqrt(self.spectrum)
+        root[0] = 0.0
+        draw = rng.standard_normal(root.size)
+        out = np.zeros(root.size)
         # Q_mm (x_m − E x_m) = Q_mm x_m + Q_mo x_o, which is Q x at the missing samples.
         weighted = _kernels.inverse_cosine_transform(draw * np.sqrt(self.precision))
         out[self.missing] = self._solved(weighted[self.missing], np.zeros(int(self.missing.sum())))
-        return out
+        return _kernels.inverse_cosine_transform(draw * root)[: self.n], out[: self.n]
 
     def _solved(self, right: Array, given: Array) -> Array:
         """`given` plus the solution z of Q z = `right`; Q is the precision matrix of the missing samples.
@@ -155,7 +168,8 @@ class _ConditionalMean:
         first = _inner(right, self._apply(right, self.rough))
         step, residual = np.zeros(right.size), right
         if self.starts:
-            step = self.starts.pop(0) - given
+            start = self.starts.pop(0)
+            step[: start.size] = start - given[: start.size]
             residual = right - self._apply(step, self.precision)
         searched = rough = self._apply(residual, self.rough)
         size = _inner(residual, rough)
@@ -169,8 +183,8 @@ class _ConditionalMean:
             rough = self._apply(residual, self.rough)
             size, before = _inner(residual, rough), size
             searched = rough + (size / before) * searched
-        self.solutions.append(given + step)
-        return self.solutions[-1]
+        self.solutions.append((given + step)[: int(self.missing[: self.n].sum())])
+        return np.asarray(given + step)
 
 
 def _inner(a: Array, b: Array) -> float:
@@ -202,17 +216,21 @@ def _cholesky_of_missing(missing: Mask, precision: Array) -> tuple[Array, bool] 
     return None
 
 
-def _seen_part(bridge: _ConditionalMean, gain: Array, signal: Array) -> tuple[Array, float]:
+def _seen_part(
+    bridge: _ConditionalMean, spectrum: Array, gain: Array, signal: Array
+) -> tuple[Array, float]:
     """Pair: `signal` with its missing samples replaced by their conditional mean, and a ratio of information.
 
     The ratio is the information that the present samples contain about the height of the signal, divided by that of its
     ordinates multiplied by `gain`. (`signal`, 1) if the latter change logL by less than 0.02 nats.
     """
-    assumed = float((gain * _kernels.cosine_transform(signal)) ** 2 @ bridge.precision)
+    precision = 1.0 / spectrum
+    precision[0] = 0.0
+    assumed = float((gain * _kernels.cosine_transform(signal)) ** 2 @ precision)
     if 0.5 * assumed < MAX_SETTLED_DELTA_LOGL:
         return signal, 1.0
-    known = bridge.mean(np.where(bridge.missing, 0.0, signal))
-    return known, float(_kernels.cosine_transform(known) ** 2 @ bridge.precision) / assumed
+    known = bridge.mean(np.where(bridge.missing[: bridge.n], 0.0, signal))
+    return known, float(_kernels.cosine_transform(known) ** 2 @ precision) / assumed
 
 
 def information_ratio(data: Data, solution: Solution) -> float:
@@ -225,7 +243,9 @@ def information_ratio(data: Data, solution: Solution) -> float:
         return 1.0
     spectrum = _spectrum(data, solution.model, solution.level)
     bridge = _ConditionalMean(data.missing, spectrum, (), ROUND_TOLERANCE)
-    return _seen_part(bridge, data.gain, data.signal(solution.model.deterministic[-1:]))[1]
+    return _seen_part(bridge, spectrum, data.gain, data.signal(solution.model.deterministic[-1:]))[
+        1
+    ]
 
 
 def _spectrum(data: Data, model: Model, level: Array | None) -> Array:
@@ -257,13 +277,13 @@ def complete(
     tolerance = GRADIENT_TOLERANCE if starts is None else ROUND_TOLERANCE
     bridge = _ConditionalMean(missing, spectrum, near, tolerance)
     mean = bridge.mean(data.samples - signal)
-    unknown, unseen, seen = _drawn_unknown_part(bridge, spectrum)
+    unknown, unseen, seen = _drawn_unknown_part(bridge)
     drawn = None if data.n <= MAX_CELLS else (unseen, seen)
     share = unknown_share(missing, spectrum, drawn, data.bins)
     gain, completions = np.sqrt(1.0 - share), tuple(bridge.solutions)
     if data.completed_signal is not None:
         change = signal - data.completed_signal
-        known, ratio = _seen_part(bridge, gain, change)
+        known, ratio = _seen_part(bridge, spectrum, gain, change)
         # The fit overestimates the change by this ratio.
         excess = 1.0 - 1.0 / max(ratio, 1.0)
         mean, signal = mean + excess * known, signal - excess * change
@@ -302,24 +322,20 @@ def _bins_and_mixing(
     return replace(data.bins, count=count), None if few else mixing
 
 
-def _drawn_unknown_part(bridge: _ConditionalMean, spectrum: Array) -> tuple[Array, Array, Array]:
-    """Tuple (unknown, power of unknown, power of known), each of shape (n,), from random records with the `spectrum`.
+def _drawn_unknown_part(bridge: _ConditionalMean) -> tuple[Array, Array, Array]:
+    """Tuple (unknown, power of unknown, power of known), each of shape (n,), from random records.
 
     `unknown` is the last drawn record minus its conditional mean given the present samples. The powers are squared cosine
     transforms of this difference and of the mean, averaged over the records. The seed is fixed.
     """
-    n = spectrum.size
+    n = bridge.n
     rng = np.random.default_rng(0)
-    root = np.sqrt(spectrum)
-    root[0] = 0.0
     unknown, unseen, seen = np.zeros((3, n))
     draws = 1 if n <= MAX_CELLS else min(MAX_DRAWS, max(MIN_DRAWS, DRAWN_SAMPLES // n))
     for _ in range(draws):
-        draw = rng.standard_normal(n)
-        unknown = bridge.unknown_part(draw)
-        ordinates = _kernels.cosine_transform(unknown)
-        unseen += ordinates**2 / draws
-        seen += (root * draw - ordinates) ** 2 / draws
+        whole, unknown = bridge.drawn(rng)
+        unseen += _kernels.cosine_transform(unknown) ** 2 / draws
+        seen += _kernels.cosine_transform(whole - unknown) ** 2 / draws
     return unknown, unseen, seen
 
 

@@ -11,7 +11,7 @@ from allanite.fit import fit_again
 from allanite.fit.likelihood.data import prepare
 from allanite.fit.likelihood.expected import column
 from allanite.fit.likelihood.whittle import normal_scores
-from allanite.fit.missing.completion import _ConditionalMean, complete
+from allanite.fit.missing.completion import _ConditionalMean, complete, information_ratio
 from allanite.fit.missing.shares import known_ordinates, mixing_of, squared_correlations
 from allanite.spectrum import bins_of
 
@@ -351,3 +351,18 @@ def test_power_hidden_by_gaps_does_not_drift_if_the_model_is_wrong(seed):
     assert found.discrepancy.percent > 10.0
     # Few ordinates of a bin are known, and the model is wrong, but a bin is never off by ten orders of magnitude.
     assert np.abs(np.log(found.data.power / whole.data.power)).max() < np.log(1e5)
+
+
+def test_a_length_with_large_prime_factors_is_completed_like_any_other(monkeypatch):
+    """5003 is a prime: conjugate gradients solve a slightly longer record, and agree with the direct solution."""
+    n = 5003
+    log = record(NOISE, n, holes("random", n), 1, np.where(np.arange(n) > 2000, 0.5, 0.0))
+    found = []
+    for few in (2048, 0):
+        monkeypatch.setattr("allanite.fit.missing.completion.MAX_DIRECT_MISSING", few)
+        fit = al.fit_model(log, f"{NOISE}+STEP(time=20,height=0.5)")
+        found.append(
+            (fit["N"].value, fit["STEP.height"].value, information_ratio(fit.data, fit.solution))
+        )
+        assert fit.data.samples.size == fit.data.ordinates.size == n
+    np.testing.assert_allclose(found[0], found[1], rtol=0.02)
