@@ -38,7 +38,7 @@ from allanite.study.moves.merge import (
     with_wandering_line,
 )
 from allanite.study.moves.narrow_bands import with_harmonics_or_side_bands
-from allanite.study.moves.replace import models_with_replacement
+from allanite.study.moves.replace import models_with_replacement, with_lines_of_band
 from allanite.study.state import State, state_of
 from allanite.suggestion import Check, Suggestion, explain_same_misfit
 from allanite.suggestion.constants import MAX_EVENT_LOG10_P, MAX_EXPLAINED_REMAINDER, MIN_SCORE_GAIN
@@ -270,10 +270,10 @@ def _merged_or_added(
     """Tuple (`State`, ΔlogL, suggestions) after `suggestion` is added, with a second effect if needed; or None.
 
     The suggestions are those added, the one to name first. A line near other lines is merged with them into a wandering
-    band if possible. Changes of level are added whatever the errors are. None if the new model predicts worse (not tested
-    for effects that happen once), or if an error rises by more than its scatter and no second effect prevents it. With
-    `alone`, no second effect is searched; then also None if the discrepancy rises at all, or if the effect excludes samples
-    and the Allan error rises.
+    band if possible. Lines replace a new effect that they explain better (`with_lines_of_band`). Changes of level are added
+    whatever the errors are. None if the new model predicts worse (not tested for effects that happen once), or if an error
+    rises by more than its scatter and no second effect prevents it. With `alone`, no second effect is searched; then also
+    None if the discrepancy rises at all, or if the effect excludes samples and the Allan error rises.
     """
     fit, effect = before.fit, suggestion.effect
     wandering = with_wandering_line(before, suggestion)
@@ -282,6 +282,9 @@ def _merged_or_added(
     after = with_addition(before, suggestion)
     if after is None:
         return None
+    split = with_lines_of_band(before, after, suggestion, check)
+    if split is not None:
+        return split[0], delta_logl(fit, split[0].fit), split[1]
     if not suggestion.effect_happens_once and not predicts_as_well(fit, after.fit):
         return None
     risen = suggestion.delta_log_likelihood - suggestion.surplus

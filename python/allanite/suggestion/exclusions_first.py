@@ -144,14 +144,14 @@ def _is_clustered(taken: NDArray[np.bool_]) -> bool:
 def _causes_best_process(out: Suggestion, found: list[Suggestion]) -> bool:
     """True if the outliers that `out` excludes cause the best significant process or filter in `found`.
 
-    The best one has the highest score. Outliers cause it if its ΔlogL falls by more than 90 % once they are excluded. False
-    without a significant process or filter.
+    The best one has the highest score. Outliers cause it if its ΔlogL falls by more than 90 % once they are excluded, with
+    its shapes as fitted. False without a significant process or filter.
     """
     best = _best_process(found)
     if best is None:
         return False
     without = out.found.solution
-    both = solve(out.found.data, without.model + best.effect, like=without)
+    both = solve(out.found.data, without.model + best.effect, like=without, polish=False)
     return (
         both.log_likelihood - without.log_likelihood
         < MAX_EXPLAINED_REMAINDER * best.delta_log_likelihood

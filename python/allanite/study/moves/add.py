@@ -85,17 +85,23 @@ def with_second_effect(
     scatter. The significant suggestions of `check`, made for `before`, are tried first. If the first effect alone is
     `tolerable`, the score must rise by more than 3 nats, and the discrepancy must not exceed that of `before`. Otherwise,
     if the Allan error still rises, the suggestions of a check of `after`, which may replace the first effect, are tried
-    too. Of the two results, the one with the lower Allan error is returned.
+    too. Of the two results, the one with the lower Allan error is returned. An exclusion gets no second exclusion.
     """
-    new = after.fit.model.effects[-1].kind
-    first = _first_tolerable_pair(before, after, [s for s in check.significant if s.kind != new])
+    new = after.fit.model.effects[-1]
+
+    def allowed(suggestions: Sequence[Suggestion]) -> list[Suggestion]:
+        """List of the `suggestions` without second exclusions: the next check sees what the first one leaves."""
+        return [s for s in suggestions if not (new.removes and s.effect.removes)]
+
+    others = [s for s in check.significant if s.kind != new.kind]
+    first = _first_tolerable_pair(before, after, allowed(others))
     if tolerable:
         if first is None or discrepancy_rises(before.fit, first[0].fit):
             return None
         return first if score_change(after.fit, first[0].fit) > MAX_RIVAL_LOG_EVIDENCE else None
     if first is not None and not allan_error_rises(before.fit, first[0].fit):
         return first
-    second = _first_tolerable_pair(before, after, last_check(after.fit).significant)
+    second = _first_tolerable_pair(before, after, allowed(last_check(after.fit).significant))
     if first is None or (second and allan_error_rises(second[0].fit, first[0].fit)):
         return second
     return first

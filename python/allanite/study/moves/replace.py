@@ -5,9 +5,13 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from allanite.effects import Effect, Model, Modifier
+from allanite.fit import refitted
 from allanite.fit.rivals.evidence import MAX_RIVAL_LOG_EVIDENCE
 from allanite.fit.rivals.replacements import replacements
 from allanite.fit.rivals.score import is_broad
+from allanite.study.judgement import no_error_rises, score_change
+from allanite.study.state import State
+from allanite.suggestion import Check, Suggestion, explain_same_misfit
 from allanite.suggestion.constants import MIN_SCORE_GAIN
 
 if TYPE_CHECKING:
@@ -39,3 +43,24 @@ def may_take_the_place(effect: Effect, out: Effect) -> bool:
     event = effect.happens_once and not out.happens_once
     filtering = isinstance(effect, Modifier) and not (isinstance(out, Modifier) or is_broad(out))
     return not (event or filtering or effect.nameless)
+
+
+def with_lines_of_band(
+    before: State, after: State, band: Suggestion, check: Check
+) -> tuple[State, tuple[Suggestion, ...]] | None:
+    """Pair: `State` in which lines replace the effect `band` that `after` adds to `before`, and their suggestions; or None.
+
+    The lines are the significant ones of `check` that explain the same misfit, at least two. The score must rise by more
+    than 3 nats, and no error beyond its scatter.
+    """
+    fit = before.fit
+    lines = tuple(
+        s
+        for s in check.significant
+        if s.effect.periodic and not s.gives_way and explain_same_misfit(band, s)
+    )
+    if len(lines) < 2 or band.effect.periodic or after.lost_since(before):
+        return None
+    split = refitted(fit, Model((*fit.model, *(s.effect for s in lines))))
+    clearly = score_change(after.fit, split) > MAX_RIVAL_LOG_EVIDENCE
+    return (before.after(split), lines) if clearly and no_error_rises(fit, split) else None

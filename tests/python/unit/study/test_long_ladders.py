@@ -27,13 +27,15 @@ def test_eleven_lines_are_eleven_rungs():
     assert study.fit.model.name.count("+") == 11
 
 
-@pytest.mark.long
-def test_two_lines_that_beat_are_no_resonance():
-    """Both lie in one bin, which a resonance explains better than one of them does."""
+@pytest.mark.slow
+@pytest.mark.parametrize("frequencies", [(7.01, 7.05), (7.0, 7.1), (31.0, 31.05, 31.09)])
+def test_lines_in_one_bin_are_no_band(frequencies):
+    """They lie in one bin, which a band explains better than one of them does."""
     time = np.arange(N) / RATE
     x = 0.02 * np.random.default_rng(8).standard_normal(N)
-    # 24 times 1/T apart.
-    x += 0.003 * (np.sin(2 * np.pi * 7.01 * time) + np.sin(2 * np.pi * 7.05 * time))
+    # 24 to 60 times 1/T apart.
+    for phase, frequency in enumerate(frequencies):
+        x += 0.003 * np.sin(2 * np.pi * frequency * time + phase)
     study = al.improve(al.Recording(x, rate=RATE), "N")
-    assert study.fit.model.name == "N+SIN+SIN", study
+    assert study.fit.model.name == "N" + len(frequencies) * "+SIN", study
     assert study.stopped_because == "adequate"
