@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -42,6 +41,8 @@ from allanite.fit.shapes.simplex import MIN_SHAPE_DELTA_LOGL, local_maximum
 from allanite.fit.shapes.tones import polish_burst
 
 if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
     from allanite.fit.likelihood.data import Data
     from allanite.fit.likelihood.expected import Noise
     from allanite.fit.likelihood.random_part import Linear, RandomPart
@@ -305,8 +306,6 @@ def _optimized_slow(
     The amplitudes of the other deterministic effects are fitted for each value. A shape keeps its value if logL rises by
     less than 1e-3. If its grid starts at 0, it becomes 0 unless this lowers logL by more than 1e-3.
     """
-    from scipy.optimize import minimize_scalar
-
     j = np.arange(1, min(data.n, LOWEST_ORDINATES), dtype=np.int64)
     beside = tuple(e for e in others if e.low or ordinates_of_line(e, data)[0] <= j[-1])
     design = design_of(beside, data, j) if beside else None
@@ -325,9 +324,6 @@ def _optimized_slow(
         effect = points[int(np.argmax(gains))]
     for name in names:
         grid = np.unique(effect.searched(name, data.n, data.rate))
-        known = effect.values[name]
-        at = int(np.searchsorted(grid, known))
-        low, high = float(grid[max(0, at - 1)]), float(grid[min(grid.size - 1, at + 1)])
 
         def loss(value: float, name: str = name, base: Deterministic = effect) -> float:
             """Negative ΔlogL of the effect `base` if its shape `name` has this value."""
@@ -335,20 +331,42 @@ def _optimized_slow(
             rows = orthogonal_to(basis, regressor_ordinates([tried], j, data) * root)
             return -delta_logl_of(rows, target)
 
-        step = SHAPE_TOLERANCE * (high - low)
-        is_inside = low < known - step and known + step < high
-        is_best = is_inside and _is_at_maximum(*(-loss(known + s * step) for s in (-1, 0, 1)))
-        if high > low and not is_best:
-            found = minimize_scalar(
-                loss, bounds=(low, high), method="bounded", options={"maxiter": 20, "xatol": step}
-            )
-            if found.fun < loss(known) - MIN_SHAPE_DELTA_LOGL:
-                known = float(found.x)
+        known = _minimum_on_grid(loss, effect.values[name], grid)
         # A shape whose grid starts at 0, such as a time constant, is set to 0 if that does not lower logL.
         if grid[0] == 0.0 < known and loss(0.0) <= loss(known) + MIN_SHAPE_DELTA_LOGL:
             known = 0.0
         effect = effect.with_values(**{name: known})
     return effect
+
+
+def _minimum_on_grid(loss: Callable[[float], float], start: float, grid: Array) -> float:
+    """Place of the minimum of `loss` near `start`, within the ascending `grid`; `start` if it is lower by less than 1e-3.
+
+    A search lies between the neighbors of the nearest grid point. While it ends at one of them, the next reaches twice as
+    many grid points to each side.
+    """
+    from scipy.optimize import minimize_scalar
+
+    known, reach = start, 1
+    while True:
+        at = int(np.argmin(np.abs(grid - known)))
+        low, high = float(grid[max(0, at - reach)]), float(grid[min(grid.size - 1, at + reach)])
+        step = SHAPE_TOLERANCE * (high - low)
+        is_inside = low < known - step and known + step < high
+        if low == high or (
+            is_inside and _is_at_maximum(*(-loss(known + s * step) for s in (-1, 0, 1)))
+        ):
+            return known
+        found = minimize_scalar(
+            loss, bounds=(low, high), method="bounded", options={"maxiter": 20, "xatol": step}
+        )
+        if not found.fun < loss(known) - MIN_SHAPE_DELTA_LOGL:
+            return known
+        known = float(found.x)
+        is_between = low + 2.0 * step < known < high - 2.0 * step
+        if is_between and reach == 1:
+            return known
+        reach = 1 if is_between else 2 * reach
 
 
 def indices_of_unbuilt(model: Model, part: RandomPart) -> list[int]:

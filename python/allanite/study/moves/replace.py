@@ -10,7 +10,6 @@ from allanite.fit.rivals.evidence import MAX_RIVAL_LOG_EVIDENCE
 from allanite.fit.rivals.replacements import replacements
 from allanite.fit.rivals.score import is_broad
 from allanite.study.judgement import no_error_rises, score_change
-from allanite.study.state import State
 from allanite.suggestion import Check, Suggestion, explain_same_misfit
 from allanite.suggestion.constants import MIN_SCORE_GAIN
 
@@ -18,6 +17,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from allanite.fit.result import Fit
+    from allanite.study.state import State
 
 
 def models_with_replacement(fit: Fit) -> Iterator[tuple[float, tuple[int, ...], Model]]:

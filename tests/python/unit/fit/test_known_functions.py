@@ -22,7 +22,7 @@ from allanite.fit.shapes.deterministic import (
     regress_designs,
 )
 from allanite.fit.shapes.matched import matched_gains
-from generators import sinusoid, white
+from generators import settling, sinusoid, white
 
 RATE, N = 50.0, 20_000
 TIME = np.arange(N) / RATE
@@ -183,3 +183,18 @@ def test_the_ordinates_of_a_line_are_the_cosine_transform_of_its_samples(n):
             # The phase nω/2 has a rounding error of n·ε; the largest ordinate is √(n/2).
             error = 4.0 * n * np.finfo(float).eps * np.sqrt(0.5 * n)
             np.testing.assert_allclose(one[:, column], expected, rtol=0, atol=error)
+
+
+@pytest.mark.parametrize("start", [60.0, 205.0, 500.0])
+def test_a_time_constant_is_found_from_any_start(start):
+    """The start lies several points of the grid away."""
+    rng = np.random.default_rng(15)
+    n, rate = 20_000, 10.0
+    x = white(rng, n, rate, 0.01) + settling(n, rate, 150.0, 0.03)
+    record = al.Recording(x, rate=rate, unit="deg/s")
+    best = al.fit_model(record, "N+WARM")
+    fit = al.fit_model(record, f"N+WARM(time_constant={start})")
+    assert fit["WARM.time_constant"].value == pytest.approx(
+        best["WARM.time_constant"].value, rel=1e-3
+    )
+    assert fit.solution.log_likelihood > best.solution.log_likelihood - 0.01

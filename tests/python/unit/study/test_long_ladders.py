@@ -28,12 +28,12 @@ def test_eleven_lines_are_eleven_rungs():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("frequencies", [(7.01, 7.05), (7.0, 7.1), (31.0, 31.05, 31.09)])
-def test_lines_in_one_bin_are_no_band(frequencies):
+@pytest.mark.parametrize("frequencies", [(7.01, 7.05), (7.0, 7.1)])
+def test_two_lines_in_one_bin_are_no_band(frequencies):
     """They lie in one bin, which a band explains better than one of them does."""
     time = np.arange(N) / RATE
     x = 0.02 * np.random.default_rng(8).standard_normal(N)
-    # 24 to 60 times 1/T apart.
+    # 24 and 60 times 1/T apart.
     for phase, frequency in enumerate(frequencies):
         x += 0.003 * np.sin(2 * np.pi * frequency * time + phase)
     study = al.improve(al.Recording(x, rate=RATE), "N")
