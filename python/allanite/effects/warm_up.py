@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Self
+from typing import TYPE_CHECKING, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +18,9 @@ from allanite.effects._declared import (
     texts_for_clocks,
 )
 from allanite.effects._known import Deterministic
+
+if TYPE_CHECKING:
+    from allanite.effects.model import Model
 
 
 @dataclass(frozen=True)
@@ -39,7 +42,6 @@ class WarmUp(Deterministic):
     catalog_place = 30
     common = True
     title = "warm-up"
-    one_of = ("warm_up",)
     memoryless = True
     parameters = (
         lag_parameter("time_constant", "time constant of the settling"),
@@ -60,6 +62,11 @@ class WarmUp(Deterministic):
         physics="the clock heats itself after power-on, through one thermal time constant"
     )
     rivals = ("rate_ramp", "rate_random_walk", "covariate", "bias_step", "gauss_markov", "outliers")
+
+    @classmethod
+    def candidates(cls, model: Model, columns: Columns) -> tuple[Self, ...]:
+        """See `Effect`. A model has at most two: a sensor and its housing settle with time constants of their own."""
+        return (cls(),) if sum(effect.kind == cls.kind for effect in model) < 2 else ()
 
     def grid(self, name: str, n: int, rate: float) -> Array:
         """Time constants to try, s, from two samples (a filter that started empty) to half the record; slower is a ramp."""

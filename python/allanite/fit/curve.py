@@ -98,13 +98,16 @@ class Curve:
         """Mean square of ln(model/measured) of this curve minus that of the curve `before`, over τ with edf ≥ 10.
 
         0.0 without such τ. A τ contributes 0 if |ln(model/measured)| changes there by at most `ignored_scores` standard
-        deviations of the measurement.
+        deviations of the measurement. A rise contributes 0, too, if the error of `before` was larger at another τ, in
+        standard deviations: a missing effect also hides errors of the present ones.
         """
         keep = self.is_counted & before.is_counted
         if not keep.any():
             return 0.0
-        new, old = (np.log(c.model[keep] / c.measured[keep]) for c in (self, before))
-        moved = np.abs(np.abs(new) - np.abs(old)) > ignored_scores * np.sqrt(0.5 / self.edf[keep])
+        new, old = (np.abs(np.log(c.model[keep] / c.measured[keep])) for c in (self, before))
+        scatter = np.sqrt(0.5 / self.edf[keep])
+        moved = np.abs(new - old) > ignored_scores * scatter
+        moved &= (new < old) | (new / scatter > (old / scatter).max())
         return float(np.mean(np.where(moved, new**2 - old**2, 0.0)))
 
     @property

@@ -80,25 +80,28 @@ def can_be_split(effect: Effect) -> bool:
 def alternatives_to_pairs(fit: Fit) -> tuple[tuple[float, tuple[int, int], Solution], ...]:
     """Tuple of (ln evidence minus that of the fit, indices, solution): models in which others replace two processes.
 
-    `indices` are the places of the two replaced effects: detected random processes that drift slowly and may be removed.
-    One or two processes of other kinds replace them. Models whose evidence is lower by 3 nats or more are omitted. Empty
+    `indices` are the places of the two replaced effects: random processes that drift slowly and may be removed. Both are
+    detected, or neither is, but the evidence is lower by more than 3 nats without both. One or two processes of other kinds
+    replace them. Models whose evidence is lower by 3 nats or more are omitted. Empty
     for a model of at most two effects. The tuple is kept with the fit.
     """
     effects = fit.model.effects
-    wandering = [
-        place
-        for place, effect in enumerate(effects)
-        if _wanders(type(effect)) and is_removable(effect) and is_detected(fit, place)
-    ]
+    wandering = [p for p, e in enumerate(effects) if _wanders(type(e)) and is_removable(e)]
     found = []
     for out in combinations(wandering, 2) if len(effects) > 2 else ():
+        detected = {is_detected(fit, place) for place in out}
+        if len(detected) > 1:
+            continue
+        base = solution_without(fit, *out)
+        needed = evidence_gain(base, fit.solution, fit.data) < -MAX_RIVAL_LOG_EVIDENCE
+        if not (detected == {True} or needed):
+            continue
         removed = {effects[place].kind for place in out}
         kinds = [
             cls
             for cls in CATALOG
             if _wanders(cls) and cls.is_tried_in_spectrum() and cls.kind not in removed
         ]
-        base = solution_without(fit, *out)
         ones = [one for cls in kinds if (one := fit_replacement(cls, base, fit.data)) is not None]
         twos = [
             two

@@ -163,8 +163,10 @@ def _refitted(
     frequency = polish_line(start, j, left, noise, data, multiples, error)
     model = solution.model + effect.with_values(frequency=frequency)
     refitted = solve(data, model, like=solution, polish=False, rounds=3)
+    last = refitted.model.effects[-1]
+    assert isinstance(last, Deterministic)
     # The noise model is that of the refit, so that the line does not count as discrepancy.
-    noise = refitted.noise(data)
+    noise, frequency = refitted.noise(data), last.base_frequency or frequency
     gains = []
     for m in multiples:
         j = ordinates_near(m * frequency, data, ORDINATES_BESIDE_LINE)
@@ -179,7 +181,6 @@ def _refitted(
     judged = min(whole, max(gains))
     cycles = multiples[int(np.argmax(gains))] * frequency * data.duration
     family = Family("line", width=float(trials_at(np.array([cycles]), data.n, data.rate)[0]))
-    last = refitted.model.effects[-1]
     return Candidate(
         last,
         whole,
@@ -333,8 +334,8 @@ def _periodic_effects(
 def _best_width(top: int, solution: Solution, data: Data, level: float) -> tuple[int, float]:
     """Pair: half-width, in ordinates, and ΔlogL of the narrow-band noise that explains a line at the ordinate `top` best.
 
-    Half-widths of 1 and 2 are returned as 0. If `level` is above 1, the noise near the line is first divided by its own
-    median, if that is higher than expected.
+    Half-widths of 1 and 2 are returned as 0, and so is a larger one that beats them by less than 8 nats. If `level` is
+    above 1, the noise near the line is first divided by its own median, if that is higher than expected.
     """
     j = np.arange(
         max(1, top - WIDTH_ORDINATES),
@@ -343,15 +344,16 @@ def _best_width(top: int, solution: Solution, data: Data, level: float) -> tuple
     )
     z = solution.ordinates[j] ** 2 / solution.noise(data).variance(j)
     z /= max(float(np.median(z)) / MEDIAN_CHI2_1, 1.0) if level > 1.0 else 1.0
-    best = (0, -np.inf)
+    gains = {}
     for half in (1, 2, 4, 8, 16, 32, 64):
         shape = 1.0 / (1.0 + ((j[:, None] - top) / half) ** 2)
         height = np.geomspace(0.1, 10.0 * max(float(z.max()), 1.0), 40)
         total = 1.0 + shape * height
-        gain = float((0.5 * z[:, None] * (1.0 - 1.0 / total) - 0.5 * np.log(total)).sum(0).max())
-        if gain > best[1]:
-            best = (half, gain)
-    return (best[0] if best[0] > 2 else 0), best[1]
+        gain = (0.5 * z[:, None] * (1.0 - 1.0 / total) - 0.5 * np.log(total)).sum(0).max()
+        gains[half] = float(gain)
+    best = max(gains, key=lambda half: gains[half])
+    wide = gains[best] > max(gains[1], gains[2]) + MIN_DELTA_LOGL_OVER_SIMPLER
+    return (best if wide else 0), gains[best]
 
 
 def _wandering_note(frequency: float, width: int, surplus: float, data: Data) -> str:
@@ -398,14 +400,20 @@ def _harmonics_found(
 ) -> list[int]:
     """Ascending list of the multiples of the frequency `top`/`divisor`, up to `highest`, that stand out of the noise.
 
-    A peak stands out if it is above 8 plus ln of the number of values searched for it.
+    A peak stands out if it is above 8 plus ln of the number of values searched for it. Its maximum, by a parabola, must lie
+    at the multiple: the flank of a line beside it is no harmonic.
     """
     found = []
+    exact = float(_maxima(ratio, np.array([top]))[0]) if top + 1 < ratio.size else float(top)
     for m in range(1, highest + 1):
         # The place of the line is known to half an ordinate plus its width; fractions scale with it.
         place = round(m * top / divisor)
         reach = 1 + m * (1 + width) // divisor
-        near = ratio[max(0, place - reach) : place + reach + 1]
+        first = max(0, place - reach)
+        near = ratio[first : place + reach + 1]
         if near.size and near.max() > MIN_DELTA_LOGL_OVER_SIMPLER + np.log(near.size):
-            found.append(m)
+            at = min(first + int(near.argmax()), ratio.size - 2)
+            apart = abs(float(_maxima(ratio, np.array([at]))[0]) - m * exact / divisor)
+            if apart <= 1.0 + m * (0.5 + width) / divisor:
+                found.append(m)
     return found

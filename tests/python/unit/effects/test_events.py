@@ -260,3 +260,18 @@ def test_a_step_within_excluded_samples_has_no_known_time():
         assert high >= 208.0
     low, high = values["height"].interval
     assert low < 0.3 < high < 0.31
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(2))
+def test_a_sensor_and_its_housing_settle_with_two_time_constants(seed):
+    """0.02 with 40 s and 0.05 with 900 s in an hour; one time constant beside a ramp leaves 13 nats."""
+    rate, n = 5.0, 18_000
+    rng = np.random.default_rng([seed, 8])
+    time = np.arange(n) / rate
+    x = g.white(rng, n, rate, 0.003) + g.flicker(rng, n, rate, 0.001)
+    x += 0.02 * np.exp(-time / 40.0) + 0.05 * np.exp(-time / 900.0)
+    study = al.improve(al.Recording(x, rate, unit="deg/s"), "N+B")
+    assert study.adequate
+    assert [e.short for e in study.fit.model] == ["N", "B", "WARM", "WARM"], study
+    assert not al.effects.WarmUp.candidates(study.fit.model, {})

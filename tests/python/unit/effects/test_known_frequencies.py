@@ -73,3 +73,18 @@ def test_only_a_line_at_a_known_frequency_costs_less(cycles, gains):
     """17 years of daily values: a year has 17.07 cycles, and is the alias of the sidereal day, too: two of nine shares."""
     gain = expected_line_gain(cycles, 6236, 1.0 / DAY)
     assert gain == pytest.approx(3.7, abs=0.1) if gains else gain == 0.0
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_the_tide_is_no_harmonic_of_the_day_beside_its_half(seed):
+    """In 28 days, half of the frequency of the lunar tide is one cycle from the day: three lines, each of its own."""
+    rng, rate, n = np.random.default_rng([seed, 28]), 1.0 / 240.0, 10_000
+    x = g.white(rng, n, rate, 0.3) + g.walk(rng, n, rate, 3e-4)
+    hours = np.arange(n) / rate / 3600.0
+    for period, size in ((12.4206, 0.05), (25.8193, 0.03), (24.0, 0.06)):
+        x += size * np.sin(2.0 * np.pi * hours / period + period)
+    study = al.improve(al.Recording(x, rate=rate))
+    lines = [e for e in study.fit.model if e.kind == "sinusoid"]
+    assert all(e.overtones is None for e in lines), study
+    periods = sorted(1.0 / e.frequency / 3600.0 for e in lines)
+    assert periods == pytest.approx([12.4206, 24.0, 25.8193], rel=0.01)

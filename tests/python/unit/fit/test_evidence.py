@@ -1,5 +1,7 @@
 """What numbers cost in evidence, and what may stand for two."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -138,6 +140,20 @@ def test_an_error_at_short_times_is_not_excused_by_chance_at_long_ones():
     assert fit.curve.error_increase(wrong, 2.0) < -0.001
 
 
+@pytest.mark.parametrize("high", [1.05, 1.6])
+def test_a_rise_below_the_worst_error_of_before_is_no_increase(high):
+    """A missing band hid 5 % of another one: the error at the first τ was larger, and is gone."""
+    curve = al.fit_model(_recording(4), "N").curve
+
+    def with_ratios(*ratios):
+        model = curve.measured.copy()
+        model[: len(ratios)] *= ratios
+        return replace(curve, model=model)
+
+    assert with_ratios(1.0, 1.05).error_increase(with_ratios(1.0, 1.0), 2.0) > 0.0
+    assert (with_ratios(1.0, high).error_increase(with_ratios(1.5, 1.0), 2.0) > 0.0) == (high > 1.5)
+
+
 @pytest.mark.parametrize("seed", [0, 1])
 def test_a_high_pass_without_a_pass_band_stands_for_no_phase_noise(seed):
     """For slightly blue phase noise, a high-pass at a quarter of the rate is 20 nats better, but it filters nothing."""
@@ -147,3 +163,15 @@ def test_a_high_pass_without_a_pass_band_stands_for_no_phase_noise(seed):
     x = np.diff(phase) + g.white(rng, 5000, 1.0, 0.02)
     fit = al.fit_model(al.Recording(x, 1.0, unit="1"), "N+Q")
     assert "high_pass" not in {other.effect.kind for other in fit.alternatives(1)}
+
+
+@pytest.mark.parametrize("seed", [1, 3])
+def test_a_lag_stands_for_two_processes_of_which_neither_is_detected(seed):
+    """Without either of the two the other explains the record; without both, nothing does."""
+    rng = np.random.default_rng([seed, 6])
+    x = g.white(rng, 3000, 10.0, 0.01) + g.gauss_markov(rng, 3000, 10.0, 0.006, 8.0)
+    fit = al.fit_model(al.Recording(x, rate=10.0, unit="deg/s"), "N+B+K")
+    assert not fit["B"].detected
+    assert not fit["K"].detected
+    names = {solution.model.name: lead for lead, _, solution in fit.alternatives_to_pairs}
+    assert names["N+GM"] > 3.0
