@@ -75,7 +75,7 @@ def _other(given: Any, found: Any) -> bool:
 
 
 def _promising(_: Any, found: Any) -> bool:
-    return any(promised > 0.0 for promised, _, _ in found)
+    return any(promised > 0.0 for promised, *_ in found)
 
 
 #: Name of a move, veto or rule → (module, function, what replaces it, whether a call acted).

@@ -84,7 +84,7 @@ def alternatives(fit: Fit, place: int) -> tuple[Alternative, ...]:
     is_slow = isinstance(out, Deterministic) and out.low
     if not (is_slow or out.is_tried_in_spectrum()) or not is_removable(out) or len(fit.model) == 1:
         return ()
-    # The shapes of the other effects stay; the replacement is fitted completely later, before it is accepted.
+    # The shapes of the other effects stay, unless the replacement competes with the fit.
     base, found = solution_without(fit, place), []
     min_log_likelihood = (
         fit.solution.log_likelihood - MAX_RIVAL_LOG_EVIDENCE - MAX_POLISH_DELTA_LOGL
@@ -101,6 +101,10 @@ def alternatives(fit: Fit, place: int) -> tuple[Alternative, ...]:
         if not detected or not follow_columns_consistently((effect,), solution, fit.data):
             continue
         evidence = evidence_gain(solution, fit.solution, fit.data)
+        if evidence > -MAX_RIVAL_LOG_EVIDENCE:
+            solution = solve(fit.data, solution.model, like=fit.solution)
+            effect = solution.model.effects[-1]
+            evidence = evidence_gain(solution, fit.solution, fit.data)
         found.append(Alternative(effect, solution, evidence))
     return tuple(found)
 

@@ -203,8 +203,8 @@ class _PairSearch:
                     found.append((evidence(one) + gain - cost, one.model + other))
         for one in [*starts, *processes]:
             first = one.model.effects[-1]
-            others = [c for c in self._alternative_processes() if c.kind != first.kind]
-            found += self._with_second_effect(one, [c for c in others if self._has_rival(first, c)])
+            others = [c for c in self._alternative_processes() if self._has_rival(first, c)]
+            found += self._with_second_effect(one, others)
         return found
 
     def _with_second_effect(

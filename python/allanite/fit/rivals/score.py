@@ -4,7 +4,7 @@
 |---|---|---|
 | `prior` | one effect | suggestions (`Suggestion.score`) and plans; drops, if below 0 (`gain_without`) |
 | `replacing_prior` | one effect; +3 for every named slow process | the next two; which functions start a pair |
-| `prior_change` | all effects of two models, within ±3 | changes of a search (`score_change`) |
+| `prior_change` | all effects of two models, within ±3 | additions and merges of a search (`score_change`) |
 | `Replacement.prior` | rarest effect of each side, within ±3 | replacements that a search tries; `undecided` |
 """
 

@@ -83,16 +83,18 @@ def _is_line_needed_as_before(before: State, after: State, number: int) -> bool:
 
 def models_with_one_dropped(
     state: State, needed: Collection[str]
-) -> Iterator[tuple[float, tuple[int, ...], Model]]:
-    """Iterator over (expected gain, (index,), model): one model for each added effect that may be dropped, without it.
+) -> Iterator[tuple[float, tuple[int, ...], Model, float]]:
+    """Iterator over (expected gain, (index,), model, prior): a model without each added effect that may be dropped.
 
-    The gain is the expected rise of the score in nats. No effect of a kind in `needed` is dropped.
+    The gain is the expected rise of the score in nats, of which `prior` is the part of the priors (`gain_without`). No
+    effect of a kind in `needed` is dropped.
     """
     fit = state.fit
     for place in state.added:
         if _may_be_dropped(fit, place, needed):
-            less = without_effect(fit.model, place)
-            yield gain_without(fit, place, solution_without(fit, place)), (place,), less
+            gain = gain_without(fit, place, solution_without(fit, place))
+            absent = -min(prior(fit.model.effects[place]), 0.0)
+            yield gain, (place,), without_effect(fit.model, place), absent
 
 
 def gain_without(fit: Fit, place: int, less: Solution) -> float:

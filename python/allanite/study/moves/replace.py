@@ -11,7 +11,6 @@ from allanite.fit.rivals.replacements import replacements
 from allanite.fit.rivals.score import is_broad
 from allanite.study.judgement import no_error_rises, score_change
 from allanite.suggestion import Check, Suggestion, explain_same_misfit
-from allanite.suggestion.constants import MIN_SCORE_GAIN
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -20,17 +19,15 @@ if TYPE_CHECKING:
     from allanite.study.state import State
 
 
-def models_with_replacement(fit: Fit) -> Iterator[tuple[float, tuple[int, ...], Model]]:
-    """Iterator over (expected gain, indices, model): models in which other effects replace one or two detected effects.
+def models_with_replacement(fit: Fit) -> Iterator[tuple[float, tuple[int, ...], Model, float]]:
+    """Iterator over (expected gain, indices, model, prior): models in which others replace one or two detected effects.
 
-    The gain is the expected rise of the score, nats. `indices` are those of the replaced effects in the old model. Two
-    effects are replaced together only if both are slow processes. The new effects are the last of the new model. Effects
-    of the initial model are replaced like all others.
+    The gain is the expected rise of the score, nats, of which `prior` is the part of the priors. `indices` are those of the
+    replaced effects in the old model. Two effects are replaced together only if both are slow processes. The new effects
+    are the last of the new model. Effects of the initial model are replaced like all others.
     """
     for other in replacements(fit, may_take_the_place):
-        # A lead above 3 nats always gives more than 0.5.
-        prior = max(other.prior, MIN_SCORE_GAIN - MAX_RIVAL_LOG_EVIDENCE)
-        yield other.lead + prior, other.places, other.solution.model
+        yield other.lead + other.prior, other.places, other.solution.model, other.prior
 
 
 def may_take_the_place(effect: Effect, out: Effect) -> bool:

@@ -37,7 +37,7 @@ def test_a_band_leaves_if_it_costs_more_than_it_explains(there):
     before = State.of(al.fit_model(al.Recording(samples, rate=RATE, unit="deg/s"), "N"))
     band = al.effects.Resonance(frequency=5.0, damping=0.05)
     after = before.after(refitted(before.fit, before.fit.model + band))
-    [(promised, places, model)] = models_with_one_dropped(after, ())
+    [(promised, places, model, _)] = models_with_one_dropped(after, ())
     assert (places, model.name) == ((1,), "N")
     # Three parameters cost ½ ln n each, and white noise pays for less than two of them.
     assert (promised < 0.0) if there else (promised > 0.5 * np.log(10_000))
@@ -67,13 +67,13 @@ def test_a_split_promises_what_its_refit_gains():
     fit = al.fit_model(al.Recording(samples, 1.0, unit="deg/s"), "N+K")
     lasting = {"gauss_markov", "bias_instability", "rate_ramp", "quantization"}
     clear = 0
-    for promised, places, model in models_with_replacement(fit):
+    for promised, places, model, _ in models_with_replacement(fit):
         if len(model) < 3:
             continue  # one effect instead of the random walk
         assert places == (1,)
         gain = evidence_gain(refitted(fit, model).solution, fit.solution, fit.data)
-        # Two effects replace a random walk by evidence alone if both last; a pair with a one-time event costs 2.5 nats.
-        price = 0.0 if {e.kind for e in model.effects[-2:]} <= lasting else 2.5
+        # Two effects replace a random walk by evidence alone if both last; a pair with a one-time event costs 3 nats.
+        price = 0.0 if {e.kind for e in model.effects[-2:]} <= lasting else 3.0
         assert promised == pytest.approx(gain - price, abs=0.1)
         clear += promised > 0.5
     assert clear

@@ -165,7 +165,7 @@ def test_a_change_of_level_with_by_far_the_most_evidence_does_not_wait():
 def test_two_lags_end_alike_from_both_starts(seed):
     """Flicker and a random walk together can replace two lags, so that changing one of them does not help.
 
-    These are two of the five of ten records of `benches/claims/two_starts.py` in which both searches end alike.
+    These are two of the seven of ten records of `benches/claims/two_starts.py` in which both searches end alike.
     """
     rng, n, rate = np.random.default_rng([seed, 9]), 20_000, 10.0
     x = g.gauss_markov(rng, n, rate, 1.5e-2, 1.0) + g.gauss_markov(rng, n, rate, 5e-3, 30.0)
@@ -177,6 +177,19 @@ def test_two_lags_end_alike_from_both_starts(seed):
     assert "N+GM+GM" in dict(undecided.models)
     low, high = undecided.intervals[0]["N"]
     assert low < 0.01 < high
+
+
+def test_a_lead_of_a_quarter_of_a_nat_decides_from_every_start():
+    """A lag has 0.24 nats more evidence than flicker noise: both starts end with it, with or without a random walk."""
+    rng, n, rate = np.random.default_rng([9000, 17, *b"N+B"]), 30_000, 100.0
+    x = g.white(rng, n, rate, 0.01) + g.flicker(rng, n, rate, 2e-3)
+    log = al.Recording(x, rate=rate, unit="deg/s")
+    ends = {}
+    for start in ("N+B", "N+B+K", "N+GM"):
+        fit = al.fit_model(log, start)
+        rung = best_replacement([Rung(fit)])
+        ends[start] = (fit if rung is None else rung.fit).model.name
+    assert ends == {"N+B": "N+GM", "N+B+K": "N+K+GM", "N+GM": "N+GM"}
 
 
 @pytest.mark.slow
