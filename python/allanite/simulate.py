@@ -258,7 +258,7 @@ class _SimulatedRecord:
         # The noise begins before the record, so that the filters have settled at its first sample.
         self.settling = sum(f.settling for f in self.filters)
         total = self.n + self.settling
-        levels = [e for e in model.modifiers if e.passing]
+        levels = [e for e in model.modifiers if e.changes_level]
         applied_here = (*levels, *(e for e in model.modifiers if e.whole is not None))
         steady = Model(tuple(e for e in model if e not in applied_here))
         generators: list[tuple[str, list[float]]] = []

@@ -181,7 +181,7 @@ def _without_rounding(model: Model, step: float | None, rate: float) -> tuple[Mo
     If that is more than half of the white noise, or with a filter, the result is (`model`, None).
     """
     white = model.white
-    filtered = any(not (e.passing or e.removes) for e in model.modifiers)
+    filtered = any(not (e.changes_level or e.removes) for e in model.modifiers)
     if not step or white is None or filtered:
         return model, None
     level = getattr(white, white.coefficient) ** 2

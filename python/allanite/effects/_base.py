@@ -180,7 +180,7 @@ class Effect(SearchHooks, AsModel):
     #: True for a band whose frequency changes over time (`Stochastic.segments`).
     moving: ClassVar[bool] = False
     #: True if the noise level changes over time (`Modifier`); the spectrum then contains the mean over the record.
-    passing: ClassVar[bool] = False
+    changes_level: ClassVar[bool] = False
     #: True if the effect excludes samples of the record (`Modifier.missing`).
     removes: ClassVar[bool] = False
     #: True for one-time events (a step), which one half of a record cannot predict from the other.

@@ -77,7 +77,7 @@ class Level(Modifier):
 
     screened = "level"
     family = "level"
-    passing = True
+    changes_level = True
 
     switched = Former(
         "from_values", lambda cls, times, factors: cls.from_values(times=times, factors=factors)

@@ -139,7 +139,7 @@ class Modifier(Effect):
     def gain(self, time: Array, columns: Columns | None = None) -> Array:
         """Array of the factor on the white-noise samples at each `time` (s), shape (n,); by default ones.
 
-        Effects that change the noise level over time (`passing`) override it. `columns` are the logged columns of the
+        Effects that change the noise level over time (`changes_level`) override it. `columns` are the logged columns of the
         recording at these times.
         """
         return np.ones(time.shape)

@@ -41,7 +41,7 @@ class BandLevelChange(Modifier):
     title = "noise level change of a band"
     screened = "band level"
     family = "level"
-    passing = True
+    changes_level = True
     interval = ("start", "end")
     unplanned = "its evidence is that of its band over time: plan a noise level change"
     legend = ("factor", "low", "high")

@@ -163,7 +163,7 @@ class Model(AsModel):
     @property
     def levels(self) -> tuple[Modifier, ...]:
         """Tuple of the effects that change the level of the white noise over time at all frequencies, not in one band."""
-        return tuple(e for e in self.modifiers if e.passing and e.band is None)
+        return tuple(e for e in self.modifiers if e.changes_level and e.band is None)
 
     def mean_level(self, span: tuple[float, float]) -> float:
         """RMS level of the white noise over a record, relative to its coefficient; `span` is first and last time, s.
@@ -201,7 +201,7 @@ class Model(AsModel):
         out = effect.unit_terms(rate)
         if effect.white:
             # Level changes first: a level scales the input and the output of a bandwidth equally.
-            for modifier in sorted(self.modifiers, key=lambda m: not m.passing):
+            for modifier in sorted(self.modifiers, key=lambda m: not m.changes_level):
                 if modifier.whole is not None:
                     continue
                 colored = [term for term in out if not isinstance(term, White)]

@@ -191,7 +191,7 @@ def compare_curves(data: Data, model: Model) -> Curve:
         total = noise + data.deviation_of(whole, factors) ** 2
         residual = data.deviation(factors, whole) ** 2
     edf = np.maximum(degrees_of_freedom(terms, data.n, factors), 1.0)
-    if any(e.passing for e in model.modifiers) and model.white is not None:
+    if any(e.changes_level for e in model.modifiers) and model.white is not None:
         # Loud segments dominate, so that fewer samples determine the deviation.
         white = Model(tuple(e for e in model if e is model.white or isinstance(e, Modifier)))
         share = expected_variance(data.terms(white), factors) / noise

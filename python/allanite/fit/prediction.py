@@ -241,7 +241,7 @@ def level_change_costs(data: Data, solution: Solution) -> Array:
     spread evenly over all blocks.
     """
     total = np.zeros(BLOCKS)
-    changes = [e for e in solution.model.modifiers if e.passing and e.band is None]
+    changes = [e for e in solution.model.modifiers if e.changes_level and e.band is None]
     if not changes:
         return total
     # Power over time divided by the expected power of the changes.

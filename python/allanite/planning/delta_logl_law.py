@@ -154,7 +154,7 @@ def family_of(
     if effect.periodic:
         cycles = np.array([effect.values["frequency"] * data.duration])
         return Family("line", width=float(trials_at(cycles, data.n, data.rate)[0])), families
-    if isinstance(effect, Modifier) and effect.passing:
+    if isinstance(effect, Modifier) and effect.changes_level:
         start, end = effect.when or data.span
         length = (end - start) / data.duration
         octave = 2 ** int(np.log2(np.clip(length * LEVEL_CELLS, 1.0, LEVEL_CELLS / 2)))

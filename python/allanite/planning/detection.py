@@ -298,7 +298,7 @@ def predicted_detection(base: Model, effect: Effect, data: Data, grid: Data) -> 
     to the expected power of `base` alone.
     """
     noise = _expected.random_part(base)
-    if isinstance(effect, Modifier) and effect.passing:
+    if isinstance(effect, Modifier) and effect.changes_level:
         law = tested = _level_change_law(noise, effect, data)
         null = _expected.best_fit(noise, _expected.expected_power(noise, data), data)
     else:

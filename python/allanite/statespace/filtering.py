@@ -217,7 +217,7 @@ def innovations(
     samples = np.array(recording.rate_samples(), dtype=np.float64)
     n, rate = samples.size, recording.rate
     for effect in model.modifiers:
-        if effect.passing:
+        if effect.changes_level:
             raise InputError(
                 f"{effect.kind} changes R during the record: trim the recording to before or after the change"
             )

@@ -362,7 +362,7 @@ def terms_by_label(
                 out[label] = ()
             else:
                 left_out.append(effect)
-        elif isinstance(effect, Modifier) and effect.passing:
+        elif isinstance(effect, Modifier) and effect.changes_level:
             left_out.append(effect)
     return out, tuple(left_out)
 

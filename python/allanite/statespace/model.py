@@ -309,5 +309,5 @@ def _filtered_state_space(
 def _is_known_in_time(effect: Effect) -> bool:
     """True if the effect is a known function of time (except spectral lines) or changes the noise level for a while."""
     if isinstance(effect, Modifier):
-        return effect.passing
+        return effect.changes_level
     return isinstance(effect, Deterministic) and not effect.periodic

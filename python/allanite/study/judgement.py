@@ -109,7 +109,7 @@ def refusal_reason(before: Fit, after: Fit, suggestion: Suggestion) -> str:
     """
     if not suggestion.effect_happens_once and not predicts_as_well(before, after):
         return "predicts unseen data worse"
-    risen = not suggestion.effect.passing and not no_error_rises(before, after)
+    risen = not suggestion.effect.changes_level and not no_error_rises(before, after)
     if risen or is_doubtful_event(before, after, suggestion):
         # Only the discrepancy is judged by its interval, so any other rise is one of the Allan error.
         above = after.discrepancy.interval[0] > before.discrepancy.interval[1]

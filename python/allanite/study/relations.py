@@ -78,13 +78,13 @@ def lies_mostly_within(effect: Effect, when: tuple[float, float], fit: Fit) -> b
     shared = max(0.0, min(end, last) - max(begin, first))
     within = 2.0 * shared >= end - begin
     without = 2.0 * (last - first - shared) >= fit.data.duration - (end - begin)
-    return (effect.removes and within) or (effect.passing and (within or without))
+    return (effect.removes and within) or (effect.changes_level and (within or without))
 
 
 def _values_over_time(effect: Effect, fit: Fit) -> NDArray[np.float64] | None:
     """Values of a function of time, or gain of a level of all frequencies, shape (n,); None for other effects."""
     if isinstance(effect, Deterministic) and not effect.periodic:
         return fit.data.signal((effect,))
-    if isinstance(effect, Modifier) and effect.passing and effect.band is None:
+    if isinstance(effect, Modifier) and effect.changes_level and effect.band is None:
         return effect.gain(fit.data.time, fit.data.covariates)
     return None

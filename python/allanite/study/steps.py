@@ -288,9 +288,9 @@ def _merged_or_added(
     if not suggestion.effect_happens_once and not predicts_as_well(fit, after.fit):
         return None
     risen = suggestion.delta_log_likelihood - suggestion.surplus
-    if after.lost_since(before) and not suggestion.gives_way:
+    if after.lost_since(before) and not suggestion.replaced_kinds:
         risen = delta_logl(fit, after.fit) or risen
-    if effect.passing:
+    if effect.changes_level:
         return after, risen, (suggestion,)  # the Allan curve does not show when a sensor is loud
     tolerable = no_error_rises(fit, after.fit)
     # An effect that the excluded samples had hidden is added in the same step.
@@ -303,7 +303,7 @@ def _merged_or_added(
     if pair is None:
         return (after, risen, (suggestion,)) if tolerable else None
     both, second = pair
-    risen += second.delta_log_likelihood if second.gives_way else delta_logl(after.fit, both.fit)
+    risen += second.delta_log_likelihood if second.replaced_kinds else delta_logl(after.fit, both.fit)
     # Excluded samples say nothing about the sensor, so an effect is named before them.
     second_first = effect.removes or bool(both.lost_since(after))
     return both, risen, (second, suggestion) if second_first else (suggestion, second)
@@ -318,7 +318,7 @@ def _merged_and_dropped(ladder: Sequence[Rung], before: State, added: State) -> 
     new = [added.fit.model.effects[place] for place in added.new_since(before)]
     if any(effect.returns for effect in new):
         after = with_merged_excursions(after) or after
-    if any(effect.passing for effect in new):
+    if any(effect.changes_level for effect in new):
         if must_merge_levels(after):
             return with_merged_levels(after)
     elif len(ladder) == 1 or changed_bins(before.fit, after.fit).any():

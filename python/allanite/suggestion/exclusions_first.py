@@ -194,8 +194,8 @@ def is_far_ahead(one: Suggestion, found: list[Suggestion]) -> bool:
     others = [s for s in found if s.significant and s is not one]
     if any(s.effect.screened == "two levels" or excludes_segment(s.effect) for s in others):
         return False
-    if one.effect.passing:
-        others = [s for s in others if not s.effect.passing]
+    if one.effect.changes_level:
+        others = [s for s in others if not s.effect.changes_level]
     return MAX_EXPLAINED_REMAINDER * one.score > max((s.score for s in others), default=0.0)
 
 
@@ -206,7 +206,7 @@ def excludes_segment(effect: Effect) -> bool:
 
 def excludes_or_changes_level(effect: Effect) -> bool:
     """True if the effect excludes samples or changes a noise level over time."""
-    return effect.removes or effect.passing
+    return effect.removes or effect.changes_level
 
 
 def acts_in_time(effect: Effect) -> bool:

@@ -78,7 +78,7 @@ def in_order(
         """True if the suggestion is a significant change of level that no process explains."""
         return (
             one.significant
-            and one.effect.passing
+            and one.effect.changes_level
             and not explained_by_process(one, judged, fit, whitened_by)
         )
 

@@ -119,13 +119,13 @@ class Suggestion:
 
         The rise is the ΔlogL, minus `surplus`, minus the cost of the effect's parameters:
 
-        * A suggestion that replaces effects (`gives_way`) has no further cost: its ΔlogL already contains the cost of the
-          course of a moving band.
+        * A suggestion that replaces effects (`replaced_kinds`) has no further cost: its ΔlogL already contains the cost of
+          the course of a moving band.
         * A modifier costs ½ ln n for each parameter, n being the effective degrees of freedom (`delta_bic`).
         * Any other effect costs `parameters_cost`.
         """
         effect = self.effect
-        if self.gives_way:
+        if self.replaced_kinds:
             return self.delta_log_likelihood - self.surplus + prior(effect)
         if isinstance(effect, Modifier):
             return 0.5 * self.delta_bic - self.surplus + prior(effect)
@@ -143,7 +143,7 @@ class Suggestion:
         return 2.0 * self.score
 
     @property
-    def gives_way(self) -> tuple[str, ...]:
+    def replaced_kinds(self) -> tuple[str, ...]:
         """Tuple of the kinds that the effect replaces: they are in the model `before`, but not in `found`."""
         kinds = [Counter(e.kind for e in fit.model) for fit in (self.before, self.found)]
         return tuple((kinds[0] - kinds[1]).elements())
@@ -287,7 +287,7 @@ def suggest(
         _unless_it_fails(screen, partial(screen.searches, context), 0)
         for screen in SCREENS.values()
     )
-    levels = [c for c in candidates if c.effect.passing]
+    levels = [c for c in candidates if c.effect.changes_level]
     overdispersion, loudness = overdispersion_without(base, data, levels, searches)
     scatter = {"spectrum": overdispersion, "time": loudness, "none": 1.0}
     judged = [

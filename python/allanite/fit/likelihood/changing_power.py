@@ -29,7 +29,7 @@ def changing_effects(model: Model) -> tuple[Effect, ...]:
 
     Models that differ in these effects have different degrees of freedom, so their likelihoods are not comparable.
     """
-    return tuple(e for e in model if e.moving or e.passing)
+    return tuple(e for e in model if e.moving or e.changes_level)
 
 
 def mean_squared_level(model: Model, data: Data) -> float:

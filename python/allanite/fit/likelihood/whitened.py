@@ -176,7 +176,7 @@ def whiten(solution: Solution, data: Data) -> Whitened:
     )
     found = _samples_and_bands(white, bands)
     found = replace(found, step=rounding_step(data, found.samples))
-    if not any(effect.passing for effect in solution.model.modifiers):
+    if not any(effect.changes_level for effect in solution.model.modifiers):
         return found
     return _without_level_changes(solution, data, found)
 
@@ -356,7 +356,7 @@ def expected_level(model: Model, data: Data, cells: int) -> Array:
     power = np.ones(cells)
     edges = np.linspace(*data.span, cells + 1)
     for effect in model.modifiers:
-        if effect.passing:
+        if effect.changes_level:
             followed = (item for item in data.covariates.items() if item[0] == effect.follows)
             columns = {name: cell_means(values, cells) for name, values in followed}
             power *= effect.mean_power(edges[:-1], edges[1:], columns)

@@ -43,7 +43,7 @@ def with_addition(before: State, addition: Effect | Suggestion) -> State | None:
 
     The first case that applies counts:
 
-    * A suggestion that replaces effects (`gives_way`) replaces them, whatever the score is. None if one of them is the
+    * A suggestion that replaces effects (`replaced_kinds`) replaces them, whatever the score is. None if one of them is the
       user's.
     * If the new effect excludes a segment, effects that the search added and that lie mostly inside are removed.
     * If the model has an effect at the same feature of the spectrum, the new effect replaces it, for example a line a band.
@@ -52,7 +52,7 @@ def with_addition(before: State, addition: Effect | Suggestion) -> State | None:
     """
     fit = before.fit
     effect = addition if isinstance(addition, Effect) else addition.effect
-    if not isinstance(addition, Effect) and addition.gives_way:
+    if not isinstance(addition, Effect) and addition.replaced_kinds:
         lost = places_lost(fit.model, addition.found.model)
         return (
             None
@@ -117,7 +117,7 @@ def _first_tolerable_pair(
     """
     tolerable: tuple[State, Suggestion] | None = None
     for suggestion in suggestions[:MAX_FORMS_TRIED]:
-        if suggestion.gives_way:
+        if suggestion.replaced_kinds:
             lost = places_lost(after.fit.model, suggestion.found.model)
             if lost != after.new_since(before):
                 continue
@@ -142,7 +142,7 @@ def is_already_explained(suggestion: Suggestion, fit: Fit) -> bool:
     True as well if the suggestion would replace another effect, or if its kind may occur only once and the model has it.
     """
     effect = suggestion.effect
-    if suggestion.gives_way or (effect.single and any(e.kind == effect.kind for e in fit.model)):
+    if suggestion.replaced_kinds or (effect.single and any(e.kind == effect.kind for e in fit.model)):
         return True
     out = [e.when for e in fit.model.modifiers if e.removes and e.when is not None]
     if any(lies_mostly_within(effect, when, fit) for when in out):

@@ -54,7 +54,7 @@ def with_lines_of_band(
     lines = tuple(
         s
         for s in check.significant
-        if s.effect.periodic and not s.gives_way and explain_same_misfit(band, s)
+        if s.effect.periodic and not s.replaced_kinds and explain_same_misfit(band, s)
     )
     if len(lines) < 2 or band.effect.periodic or after.lost_since(before):
         return None

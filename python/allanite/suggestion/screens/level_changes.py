@@ -133,7 +133,7 @@ def screen_levels(solution: Solution, data: Data, whitened: Whitened) -> list[Ca
         )
         for c in kept
     ]
-    if any(effect.passing for effect in solution.model.modifiers):
+    if any(effect.changes_level for effect in solution.model.modifiers):
         kept = [c for c in kept if _makes_power_steadier(c, data, series)]
     return kept
 

@@ -413,7 +413,7 @@ def _relative_noise_power(solution: Solution, data: Data) -> float:
 
     Each time is weighted by the squared deviation of the effect from its mean.
     """
-    if not any(e.passing for e in solution.model.modifiers):
+    if not any(e.changes_level for e in solution.model.modifiers):
         return 1.0
     cells = min(TIME_CELLS, data.n)
     signal = cell_means(data.signal(solution.model.deterministic[-1:]), cells)

@@ -63,7 +63,7 @@ def test_a_weak_band_that_drifts_by_sixty_half_widths_is_no_line(seed):
 def test_a_check_suggests_it_in_the_place_of_the_band():
     fit = al.fit_model(_recording(5, WARMS_UP), "N+RES(f=20,damping=0.05)")
     [found] = [s for s in fit.check().significant if s.kind == "drifting_resonance"]
-    assert found.gives_way == ("resonance",)
+    assert found.replaced_kinds == ("resonance",)
     assert "drifting resonance" in found.explanation
     assert "It stands in the place of the resonance at 20.1 Hz." in found.explanation
     better = fit.add(found)

@@ -243,7 +243,7 @@ def test_rounding_to_five_standard_deviations_is_no_change_of_level():
     drift = np.cumsum(5e-4 * rng.standard_normal(n))
     x = np.round(0.42 + drift + 0.2 * rng.standard_normal(n))
     check = al.fit_model(al.Recording(x, rate=10.0, unit="deg/s"), "N+B+K").check()
-    assert not any(getattr(s.effect, "passing", False) for s in check.suggestions)
+    assert not any(getattr(s.effect, "changes_level", False) for s in check.suggestions)
 
 
 def test_two_steps_of_different_heights_may_replace_an_excursion():
