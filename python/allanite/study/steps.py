@@ -303,7 +303,9 @@ def _merged_or_added(
     if pair is None:
         return (after, risen, (suggestion,)) if tolerable else None
     both, second = pair
-    risen += second.delta_log_likelihood if second.replaced_kinds else delta_logl(after.fit, both.fit)
+    risen += (
+        second.delta_log_likelihood if second.replaced_kinds else delta_logl(after.fit, both.fit)
+    )
     # Excluded samples say nothing about the sensor, so an effect is named before them.
     second_first = effect.removes or bool(both.lost_since(after))
     return both, risen, (second, suggestion) if second_first else (suggestion, second)

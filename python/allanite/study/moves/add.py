@@ -84,8 +84,9 @@ def with_second_effect(
     `after` is `before` plus a first effect. The second effect must leave no error above that of `before` beyond its
     scatter. The significant suggestions of `check`, made for `before`, are tried first. If the first effect alone is
     `tolerable`, the score must rise by more than 3 nats, and the discrepancy must not exceed that of `before`. Otherwise,
-    if the Allan error still rises, the suggestions of a check of `after`, which may replace the first effect, are tried
-    too. Of the two results, the one with the lower Allan error is returned. An exclusion gets no second exclusion.
+    if the Allan error still rises and the first effect replaced no other, the suggestions of a check of `after`, which may
+    replace the first effect, are tried too. Of the two results, the one with the lower Allan error is returned. An
+    exclusion gets no second exclusion.
     """
     new = after.fit.model.effects[-1]
 
@@ -99,7 +100,8 @@ def with_second_effect(
         if first is None or discrepancy_rises(before.fit, first[0].fit):
             return None
         return first if score_change(after.fit, first[0].fit) > MAX_RIVAL_LOG_EVIDENCE else None
-    if first is not None and not allan_error_rises(before.fit, first[0].fit):
+    found = first is not None and not allan_error_rises(before.fit, first[0].fit)
+    if found or (after.lost_since(before) and not new.removes):
         return first
     second = _first_tolerable_pair(before, after, allowed(last_check(after.fit).significant))
     if first is None or (second and allan_error_rises(second[0].fit, first[0].fit)):
@@ -142,7 +144,9 @@ def is_already_explained(suggestion: Suggestion, fit: Fit) -> bool:
     True as well if the suggestion would replace another effect, or if its kind may occur only once and the model has it.
     """
     effect = suggestion.effect
-    if suggestion.replaced_kinds or (effect.single and any(e.kind == effect.kind for e in fit.model)):
+    if suggestion.replaced_kinds or (
+        effect.single and any(e.kind == effect.kind for e in fit.model)
+    ):
         return True
     out = [e.when for e in fit.model.modifiers if e.removes and e.when is not None]
     if any(lies_mostly_within(effect, when, fit) for when in out):
