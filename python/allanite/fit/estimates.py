@@ -48,6 +48,8 @@ MAX_RATIO_TO_SEARCH_END = 1.001
 #: Maximum half-width of an interval in ln; it stands for a value that is not known at all. Chosen by judgment; not
 #: measured.
 MAX_LOG_HALF_WIDTH = 50.0
+#: Minimum part of an event that lies in a gap if the record does not show its times. Chosen by judgment; not measured.
+MIN_HIDDEN_FRACTION = 0.9
 
 #: Standard error of a value, None if unknown, and its 95 % interval.
 Range = tuple[float | None, tuple[float, float]]
@@ -398,19 +400,23 @@ def _function_ranges(solution: Solution, own: Regressed, data: Data) -> tuple[bo
 
 
 def _ranges_over_gaps(effect: Deterministic, ranges: Ranges, data: Data) -> Ranges:
-    """Dict of the ranges of the times of an event whose intervals touch missing samples; they include the whole gap.
+    """Dict of the ranges of the times of an event that a gap of missing samples hides; they include the whole gap.
 
+    A gap hides a time whose interval touches it, and both times of an event of which less than a tenth is outside the gap.
     The record does not show when the event happened within a gap, so these ranges have no standard error.
     """
     out: Ranges = {}
     times = [p.name for p in effect.parameters if p.unit == "s" and p.low <= 0.0]
-    if data.missing is None or not effect.happens_once:
+    if data.missing is None or not effect.happens_once or not times:
         return out
     edges = np.flatnonzero(np.diff(data.missing, prepend=False, append=False)) / data.rate
     starts, ends = data.start + edges[::2] - 1.0 / data.rate, data.start + edges[1::2]
+    first, *_, last = sorted(float(effect.values[name]) for name in (*times, *times))
+    inside = np.minimum(ends, last) - np.maximum(starts, first)
+    covered = inside > MIN_HIDDEN_FRACTION * (last - first)
     for name in ranges.keys() & times:
         low, high = ranges[name][1]
-        touched = (starts <= high) & (ends >= low)
+        touched = covered | ((starts <= high) & (ends >= low))
         if touched.any():
             ends_of_range = min(low, *starts[touched]), max(high, *ends[touched])
             out[name] = None, ends_of_range
