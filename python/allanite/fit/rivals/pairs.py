@@ -81,9 +81,9 @@ def alternatives_to_pairs(fit: Fit) -> tuple[tuple[float, tuple[int, int], Solut
     """Tuple of (ln evidence minus that of the fit, indices, solution): models in which others replace two processes.
 
     `indices` are the places of the two replaced effects: random processes that drift slowly and may be removed. Both are
-    detected, or neither is, but the evidence is lower by more than 3 nats without both. One or two processes of other kinds
-    replace them. Models whose evidence is lower by 3 nats or more are omitted. Empty
-    for a model of at most two effects. The tuple is kept with the fit.
+    detected, or neither is although the evidence is over 3 nats lower without both. One or two processes of other kinds
+    replace them. Models whose evidence is lower by 3 nats or more are omitted. Empty for a model of at most two effects.
+    The tuple is kept with the fit.
     """
     effects = fit.model.effects
     wandering = [p for p, e in enumerate(effects) if _wanders(type(e)) and is_removable(e)]

@@ -46,8 +46,8 @@ def replacements(fit: Fit, may_replace: Callable[[Effect, Effect], bool]) -> Ite
 
     A single effect is replaced by one of its declared alternatives, or by a pair of effects. At least one effect of the
     pair is a declared alternative. Two slow processes are replaced by one or two slow processes of other kinds
-    (`alternatives_to_pairs`).
-    `may_replace(new, old)` must be True for each new and each replaced effect. The same model may occur twice.
+    (`alternatives_to_pairs`). `may_replace(new, old)` must be True for each new and each replaced effect. The same model
+    may occur twice.
     """
     effects = fit.model.effects
 

@@ -79,11 +79,11 @@ class _Distribution:
 def undecided(fit: Fit) -> Undecided | None:
     """`Undecided`: other models whose score is less than 3 nats lower, and intervals averaged over all of them.
 
-    The models are those of `replacements`. Models with a new one-time event
-    are left out. Of the models with the same kinds of effects, the one with the highest score counts. The score is the ln
-    evidence plus the prior (`Replacement.prior`), as in the search. The probability of a model is proportional to
-    exp(score) (Hoeting et al. 1999, Statist. Sci. 14, eq. 2). None if there is no other model, or for another method than
-    `whittle`. None as well for a fit that is not adequate: its intervals do not hold. Kept with the fit.
+    The models are those of `replacements`. Models with a new one-time event are left out. Of the models with the same kinds
+    of effects, the one with the highest score counts. The score is the ln evidence plus the prior (`Replacement.prior`), as
+    in the search. The probability of a model is proportional to exp(score) (Hoeting et al. 1999, Statist. Sci. 14, eq. 2).
+    None if there is no other model, or for another method than `whittle`. None as well for a fit that is not adequate: its
+    intervals do not hold. Kept with the fit.
     """
     if fit.method != "whittle" or not fit.adequate:
         return None
