@@ -1,6 +1,6 @@
 """Tests of a change of the model: its change of score, its errors, and its prediction of unseen data.
 
-The decisions are in `allanite.study.steps`. A replacement must raise the score by more than 0.05 nats, and no error may
+The decisions are in `allanite.study.steps`. A replacement must raise the score by more than 0.5 nats, and no error may
 rise beyond its scatter. The score of an added suggestion was judged by the check. No error may rise beyond its scatter (not
 tested for changes of level), and unseen data must be predicted as well (not tested for effects that happen once).
 """

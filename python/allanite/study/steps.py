@@ -44,7 +44,7 @@ from allanite.suggestion import Check, Suggestion, explain_same_misfit
 from allanite.suggestion.constants import (
     MAX_EVENT_LOG10_P,
     MAX_EXPLAINED_REMAINDER,
-    MIN_REPLACEMENT_GAIN,
+    MIN_SCORE_GAIN,
 )
 from allanite.suggestion.exclusions_first import excludes_or_changes_level
 from allanite.suggestion.screens.slow_functions import has_known_time
@@ -116,9 +116,9 @@ def best_replacement(ladder: Sequence[Rung]) -> Rung | None:
     """Step (`Rung`) that drops, replaces, splits or merges effects of the last model; None if no such step helps.
 
     A merge of several effects into one free shape comes first (`with_nameless_shape`). Other changes are tried in order
-    of their expected gain, down to 0.05 nats. The first change is taken that meets these conditions:
+    of their expected gain, down to 0.5 nats. The first change is taken that meets these conditions:
 
-    * The score rises by more than 0.05 nats, so that searches from different models end at the same maximum.
+    * The score rises by more than 0.5 nats.
     * No error rises beyond its scatter, and the times of all new events are known.
     * No model of the search with the same excluded samples and level changes has a log evidence over 3 nats higher.
 
@@ -143,10 +143,10 @@ def best_replacement(ladder: Sequence[Rung]) -> Rung | None:
     less = models_with_one_dropped(before, kinds_added_again(ladder))
     changes = (*less, *models_with_replacement(fit))
     for promised, places, model, prior in sorted(changes, key=lambda change: -change[0]):
-        if promised <= MIN_REPLACEMENT_GAIN:
+        if promised <= MIN_SCORE_GAIN:
             break
         after = _without_undetected(before, before.after(refitted(fit, model), places))
-        if after is None or lead(after.fit) < max(least, MIN_REPLACEMENT_GAIN - prior):
+        if after is None or lead(after.fit) < max(least, MIN_SCORE_GAIN - prior):
             continue
         # The Allan error takes most of the time and comes last.
         if _new_times_are_known(before, after) and no_error_rises(fit, after.fit):

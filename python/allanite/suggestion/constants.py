@@ -207,14 +207,12 @@ MAX_ADDED_EFFECTS = 32
 
 # Acceptance of a step.
 
-#: Unit: nats. Smallest score of a significant suggestion, and smallest rise of the score for which an addition makes a
-#: detected effect needless. A process whose best grid point gains less is not refitted, and an effect of the initial model
-#: that explains less is dropped.
-#: Basis: derivation; the mean ΔlogL of one parameter of an effect that is absent, ½χ²₁.
+#: Unit: nats. Smallest score of a significant suggestion, and smallest rise of the score for which effects are dropped or
+#: replaced. A process whose best grid point gains less is not refitted, and an effect of the initial model that explains
+#: less is dropped.
+#: Basis: derivation; the mean ΔlogL of one parameter of an effect that is absent, ½χ²₁. With 0.05, searches replace an
+#: effect of a complete model in 15 instead of 8 of 96 records (benches/decisions/benchmark.py, nulls).
 MIN_SCORE_GAIN = 0.5
-#: Unit: nats. Smallest rise of the score for which effects are dropped or replaced at the end of a step.
-#: Basis: fits of one model from different start models agree within it (benches/claims/invariance.py).
-MIN_REPLACEMENT_GAIN = 0.05
 #: Unit: expected scatter. Allan errors, and their rises on a step, beyond this multiple are a fault of the model.
 #: Basis: simulation; of 200 true models each, 3 (white noise), 2 (with a random walk) and 0 (with flicker) exceed it.
 MAX_ALLAN_ERROR_SCATTERS = 2.0

@@ -179,19 +179,6 @@ def test_two_lags_end_alike_from_both_starts(seed):
     assert low < 0.01 < high
 
 
-def test_a_lead_of_a_quarter_of_a_nat_decides_from_every_start():
-    """A lag has 0.24 nats more evidence than flicker noise: both starts end with it, with or without a random walk."""
-    rng, n, rate = np.random.default_rng([9000, 17, *b"N+B"]), 30_000, 100.0
-    x = g.white(rng, n, rate, 0.01) + g.flicker(rng, n, rate, 2e-3)
-    log = al.Recording(x, rate=rate, unit="deg/s")
-    ends = {}
-    for start in ("N+B", "N+B+K", "N+GM"):
-        fit = al.fit_model(log, start)
-        rung = best_replacement([Rung(fit)])
-        ends[start] = (fit if rung is None else rung.fit).model.name
-    assert ends == {"N+B": "N+GM", "N+B+K": "N+K+GM", "N+GM": "N+GM"}
-
-
 @pytest.mark.slow
 def test_an_added_effect_that_is_not_detected_leaves():
     """Burst noise is found first, and nothing of it remains once the excursions are added."""
