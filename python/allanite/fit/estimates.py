@@ -406,7 +406,8 @@ def _ranges_over_gaps(effect: Deterministic, ranges: Ranges, data: Data) -> Rang
     The record does not show when the event happened within a gap, so these ranges have no standard error.
     """
     out: Ranges = {}
-    times = [p.name for p in effect.parameters if p.unit == "s" and p.low <= 0.0]
+    names = [p.name for p in effect.parameters if p.unit == "s" and p.low <= 0.0]
+    times = [name for name in names if _is_number(effect.values[name])]
     if data.missing is None or not effect.happens_once or not times:
         return out
     edges = np.flatnonzero(np.diff(data.missing, prepend=False, append=False)) / data.rate

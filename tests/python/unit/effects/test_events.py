@@ -262,6 +262,19 @@ def test_a_step_within_excluded_samples_has_no_known_time():
     assert low < 0.3 < high < 0.31
 
 
+@pytest.mark.parametrize("kind", [e.kind for e in al.effects.CATALOG if e.happens_once])
+def test_every_event_can_be_estimated_beside_a_gap(kind):
+    """Times of some events are single numbers, those of others are tuples."""
+    rng = np.random.default_rng(7)
+    x = g.white(rng, 4000, 10.0, 0.01)
+    x[1900:2100] = np.nan
+    x[[*range(1000, 1100), *range(2500, 2650)]] += 0.5
+    both = {"starts": (100.0, 250.0), "ends": (110.0, 265.0), "heights": (0.5, 0.5)}
+    effect = al.effects.find(kind)(**(both if kind == "excursions" else {}))
+    fit = al.fit_model(al.Recording(x, rate=10.0), al.parse_model("N") + effect)
+    assert fit.estimates[-1]
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(2))
 def test_a_sensor_and_its_housing_settle_with_two_time_constants(seed):
