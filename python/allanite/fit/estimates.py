@@ -402,7 +402,8 @@ def _function_ranges(solution: Solution, own: Regressed, data: Data) -> tuple[bo
 def _ranges_over_gaps(effect: Deterministic, ranges: Ranges, data: Data) -> Ranges:
     """Dict of the ranges of the times of an event that a gap of missing samples hides; they include the whole gap.
 
-    A gap hides a time whose interval touches it, and both times of an event of which less than a tenth is outside the gap.
+    A gap hides a time if the interval of this time touches the gap. If over nine tenths of an event lie in the gap, it
+    hides all times of the event.
     The record does not show when the event happened within a gap, so these ranges have no standard error.
     """
     out: Ranges = {}

@@ -94,7 +94,7 @@ def without_rises(steps: Sequence[Rung]) -> tuple[Rung, ...]:
 
 
 def _joined(before: Rung, first: Rung, second: Rung) -> Rung:
-    """Step (`Rung`) that makes the changes of two, of which the first follows the step `before`."""
+    """Step (`Rung`) that makes the changes of the steps `first` and `second` at once; it follows the step `before`."""
     return replace(
         second,
         added=first.added or second.added,

@@ -86,8 +86,8 @@ def models_with_one_dropped(
 ) -> Iterator[tuple[float, tuple[int, ...], Model, float]]:
     """Iterator over (expected gain, (index,), model, prior): a model without each added effect that may be dropped.
 
-    The gain is the expected rise of the score in nats, of which `prior` is the part of the priors (`gain_without`). No
-    effect of a kind in `needed` is dropped.
+    The gain is the expected rise of the score, nats (`gain_without`): that of the log evidence plus `prior`, that of the
+    priors. No effect of a kind in `needed` is dropped.
     """
     fit = state.fit
     for place in state.added:

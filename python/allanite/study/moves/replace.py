@@ -22,9 +22,9 @@ if TYPE_CHECKING:
 def models_with_replacement(fit: Fit) -> Iterator[tuple[float, tuple[int, ...], Model, float]]:
     """Iterator over (expected gain, indices, model, prior): models in which others replace one or two detected effects.
 
-    The gain is the expected rise of the score, nats, of which `prior` is the part of the priors. `indices` are those of the
-    replaced effects in the old model. Two effects are replaced together only if both are slow processes. The new effects
-    are the last of the new model. Effects of the initial model are replaced like all others.
+    The gain is the expected rise of the score, nats: that of the log evidence plus `prior`, that of the priors. `indices`
+    are the places of the replaced effects in the old model. Two effects are replaced together only if both are slow
+    processes. The new effects are the last of the new model. Effects of the initial model are replaced like all others.
     """
     for other in replacements(fit, may_take_the_place):
         yield other.lead + other.prior, other.places, other.solution.model, other.prior

@@ -278,7 +278,7 @@ def test_every_event_can_be_estimated_beside_a_gap(kind):
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(2))
 def test_a_sensor_and_its_housing_settle_with_two_time_constants(seed):
-    """0.02 with 40 s and 0.05 with 900 s in an hour; one time constant beside a ramp leaves 13 nats."""
+    """Amplitudes 0.02 (40 s) and 0.05 (900 s) in an hour. A warm-up and a ramp have 13 nats less than two warm-ups."""
     rate, n = 5.0, 18_000
     rng = np.random.default_rng([seed, 8])
     time = np.arange(n) / rate

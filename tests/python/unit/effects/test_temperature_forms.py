@@ -13,7 +13,7 @@ RATE, N = 10.0, 36_000
 
 
 def _temperature(rng, n=N, swing=3.0):
-    """Two cycles with incommensurable periods, and a thermometer's noise, of which a derivative is small beside N."""
+    """True and logged temperature: two cycles. The derivative of the thermometer's noise is small compared with N."""
     time = np.arange(n) / RATE
     one, other = rng.uniform(0.0, 2.0 * np.pi, 2)
     true = swing * np.sin(2.0 * np.pi * time / 1300.0 + one)
