@@ -137,7 +137,7 @@ def _cell_text(cell: _Cell | None, unit: str | None = None, *, interval: bool = 
     effect, parameter, value = cell
     value = value if unit is None else value.to(unit)
     if not value.detected:
-        return ABSENT if value.interval is None else f"< {number(value.interval[1], 3)}"
+        return ABSENT if value.interval is None else f"< {number(value.limit, 3)}"
     if not interval or value.interval is None:
         kept = effect.kept(parameter.name) if interval else ""
         return number(float(value), 4) + (f" ({kept})" if kept else "")

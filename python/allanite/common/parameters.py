@@ -23,7 +23,7 @@ class Estimate(float):
     std_error : float, optional
         Standard error, in `unit`.
     interval : tuple of float, optional
-        95 % interval (low, high), in `unit`. If `detected` is false, high is the upper limit.
+        95 % interval (low, high), in `unit`. If `detected` is false, it includes 0.
     unit : str
         Unit, e.g. ``"deg/s·s^½"``.
     detected : bool
@@ -88,6 +88,11 @@ class Estimate(float):
         """Value of the estimate as a plain float."""
         return float(self)
 
+    @property
+    def limit(self) -> float:
+        """Largest magnitude in the 95 % interval, in `unit`: the limit of a value that was not detected; NaN if unknown."""
+        return math.nan if self.interval is None else max(map(abs, self.interval))
+
     def to(self, unit: str) -> Estimate:
         """`Estimate` in another unit; the same object if the unit is unchanged.
 
@@ -124,10 +129,8 @@ class Estimate(float):
         return {name: jsonable(getattr(self, name)) for name in names}
 
     def __repr__(self) -> str:
-        if not self.detected and self.interval is not None and math.isfinite(self.interval[1]):
-            return f"< {self.interval[1]:.2g} {self.unit} (not detected, 95 % limit)".replace(
-                "  ", " "
-            )
+        if not self.detected and math.isfinite(self.limit):
+            return f"< {self.limit:.2g} {self.unit} (not detected, 95 % limit)".replace("  ", " ")
         return f"{_value_and_error_text(self.value, self.std_error)} {self.unit}".rstrip()
 
     __str__ = __repr__

@@ -363,7 +363,7 @@ def value_or_limit(estimate: Estimate) -> tuple[float, str]:
     """Pair (value, remark) of a coefficient; if it was not detected and has an interval, its upper limit and a remark."""
     if estimate.detected or estimate.interval is None:
         return float(estimate), ""
-    return estimate.interval[1], "not detected, this is the 95 % upper limit"
+    return estimate.limit, "not detected, this is the 95 % upper limit"
 
 
 def gyro_and_accel_axes(axes: Iterable[Axis]) -> tuple[list[Axis], list[Axis]]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -53,6 +53,8 @@ MIN_HIDDEN_FRACTION = 0.9
 
 #: Standard error of a value, None if unknown, and its 95 % interval.
 Range = tuple[float | None, tuple[float, float]]
+#: Distributions of the values of slow functions, from `slow_values`.
+Laws = Mapping[Regressed, tuple[Mixture, list[str]]]
 #: Ranges of the values of an effect by parameter name.
 Ranges = dict[str, Range]
 
@@ -112,7 +114,7 @@ def estimates(
         joint.setdefault(place, {})[name] = error
     places = range(len(solution.effects)) if places is None else places
     wanted = [solution.effects[place] for place in places]
-    slow: dict[Regressed, tuple[Mixture, list[str]]] = {}
+    slow: Laws = {}
     known = (own.effect for own in wanted if isinstance(own, Regressed))
     if any(e.low and not set(_amplitude_names(e)) <= set(e.held) for e in known):
         slow = slow_values(solution, data)
@@ -122,7 +124,8 @@ def estimates(
         if isinstance(own, Process):
             detected, ranges = _process_ranges(solution, own, errors, data)
         elif isinstance(own, Regressed):
-            detected, ranges = _function_ranges(solution, own, data)
+            detected = _is_function_detected(own, slow[own][0] if own in slow else None)
+            ranges = _function_ranges(solution, own, data)
             if own in slow:
                 ranges |= with_noise_uncertainty(own.effect, ranges, *slow[own])
             ranges |= _ranges_over_gaps(own.effect, ranges, data)
@@ -143,7 +146,7 @@ def _estimates_of(
 
     Held values count as detected, and have no standard error and no interval. If the effect is not `detected`, its shapes,
     times and all values in Hz, s or rad have none either: the frequency of a line that does not exist has no true value.
-    Intervals are clipped to the limits that the user gave.
+    Its coefficients have intervals that include 0. Intervals are clipped to the limits that the user gave.
     """
     out: dict[str, Any] = {}
     for parameter in effect.parameters:
@@ -156,7 +159,9 @@ def _estimates_of(
         error, interval = ranges.get(name) or (None, None)
         if is_held or (is_shape and not detected):
             error, interval = None, None
-        elif interval is not None and name in effect.limits:
+        elif interval is not None:
+            if not detected and parameter.role == "coefficient":
+                interval = min(interval[0], 0.0), max(interval[1], 0.0)
             low, high = (effect.checked_limits.clipped(name, end) for end in interval)
             interval = low, high
         out[name] = Estimate(value, error, interval, units[name], detected or is_held, name)
@@ -267,10 +272,11 @@ def _loss_of_ordinates(solution: Solution, own: Process, data: Data) -> float:
     return with_it - without
 
 
-def is_detected_in(solution: Solution, place: int, data: Data) -> bool:
+def is_detected_in(solution: Solution, place: int, data: Data, slow: Callable[[], Laws]) -> bool:
     """True if the coefficients of the effect at index `place` are significantly different from 0, or not single numbers.
 
-    Held values and modifiers count as detected, too, as in `estimates`, whose intervals take much longer.
+    Held values and modifiers count as detected, too, as in `estimates`, whose intervals take much longer. `slow` returns
+    `slow_values` of the solution.
     """
     own = solution.effects[place]
     effect = own.effect
@@ -283,14 +289,26 @@ def is_detected_in(solution: Solution, place: int, data: Data) -> bool:
         drop = logl_scale(solution, own, data) * loss_at_zero(*_profile(solution, own, data))
         drop = max(drop, 0.0) + _loss_of_ordinates(solution, own, data)
         return drop > min_detected_delta_logl(effect)
-    return not isinstance(own, Regressed) or _is_function_detected(own)
+    if not isinstance(own, Regressed):
+        return True
+    # The noise takes most of the time, so it comes last.
+    return _is_function_detected(own) and (
+        not own.effect.low or _is_function_detected(own, slow()[own][0])
+    )
 
 
-def _is_function_detected(own: Regressed) -> bool:
-    """True if the amplitudes of a known function of time are significantly different from 0."""
+def _is_function_detected(own: Regressed, law: Mixture | None = None) -> bool:
+    """True if the amplitudes of a known function of time are significantly different from 0.
+
+    With the distribution `law` of its values under uncertain noise, the 99 % interval of a single amplitude must exclude 0.
+    """
     inverse = np.linalg.pinv(own.covariance, hermitian=True)
     drop = 0.5 * float(own.amplitudes @ inverse @ own.amplitudes)
-    return drop > min_detected_delta_logl(own.effect, own.amplitudes.size)
+    detected = drop > min_detected_delta_logl(own.effect, own.amplitudes.size)
+    if not detected or law is None or own.amplitudes.size > 1:
+        return detected
+    low, high = law.interval(0, DETECTION_P)
+    return low > 0.0 or high < 0.0
 
 
 def _is_number(value: Any) -> bool:
@@ -377,8 +395,8 @@ def _modifier_ranges(effect: Effect, errors: dict[str, float], data: Data) -> Ra
     return out
 
 
-def _function_ranges(solution: Solution, own: Regressed, data: Data) -> tuple[bool, Ranges]:
-    """Pair (detected, ranges) of a known function of time; held values have no range."""
+def _function_ranges(solution: Solution, own: Regressed, data: Data) -> Ranges:
+    """Dict of the ranges of a known function of time for the fitted noise; held values have no range."""
     effect, amplitudes, covariance = own.effect, own.amplitudes, own.covariance
     out: Ranges = {}
     for parameter in effect.parameters:
@@ -396,7 +414,7 @@ def _function_ranges(solution: Solution, own: Regressed, data: Data) -> tuple[bo
                 error = float(np.hypot(error, by_frequency))
         if error is not None:
             out[name] = _range(parameter, value, error)
-    return _is_function_detected(own), out
+    return out
 
 
 def _ranges_over_gaps(effect: Deterministic, ranges: Ranges, data: Data) -> Ranges:

@@ -71,24 +71,23 @@ class Mixture:
         spread = self.variances[:, i] + (self.means[:, i] - mean) ** 2
         return float(np.sqrt(self.weights @ spread))
 
-    def interval(self, i: int) -> tuple[float, float]:
-        """Pair: central 95 % interval of amplitude i."""
+    def interval(self, i: int, p: float = 0.05) -> tuple[float, float]:
+        """Pair: central interval of amplitude i, which misses it with probability `p`."""
         from scipy.optimize import brentq
         from scipy.special import ndtr
 
-        m, s = self.means[:, i], np.sqrt(self.variances[:, i])
+        # In units of the typical spread, because `brentq` stops at an absolute tolerance.
+        unit = float(np.sqrt(self.weights @ self.variances[:, i]))
+        m, s = self.means[:, i] / unit, np.sqrt(self.variances[:, i]) / unit
 
         def quantile(p: float) -> float:
             """Quantile of the mixture at the probability `p`."""
-            return float(
-                brentq(
-                    lambda x: float(self.weights @ ndtr((x - m) / s)) - p,
-                    float((m - 10.0 * s).min()),
-                    float((m + 10.0 * s).max()),
-                )
+            ends = float((m - 10.0 * s).min()), float((m + 10.0 * s).max())
+            return unit * float(
+                brentq(lambda x: float(self.weights @ ndtr((x - m) / s)) - p, *ends)
             )
 
-        return quantile(0.025), quantile(0.975)
+        return quantile(0.5 * p), quantile(1.0 - 0.5 * p)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

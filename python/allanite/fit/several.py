@@ -436,9 +436,9 @@ def _in_printed_unit(fit: Fit, name: str, value: Estimate) -> Estimate:
 def _common_estimate(fit: Fit, row: Pooled) -> Estimate:
     """`Estimate` of a pooled value in the unit in which tables print it.
 
-    It is not detected if 0 lies between the lower end of the interval and the value.
+    It is not detected if the interval includes 0.
     """
-    detected = not row.interval[0] <= 0.0 <= row.value
+    detected = not row.interval[0] <= 0.0 <= row.interval[1]
     own = Estimate(row.value, None, row.interval, row.unit, detected, row.name)
     return _in_printed_unit(fit, row.name, own)
 

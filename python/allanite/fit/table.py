@@ -81,7 +81,7 @@ def _unit_and_factor(parameter: Parameter, sample: str) -> tuple[str, float]:
 def estimate_cell(estimate: Estimate) -> str:
     """Table cell, without unit: value with 95 % interval if any, ``< limit``, or ``not detected`` without a limit."""
     if not estimate.detected:
-        return "not detected" if estimate.interval is None else f"< {number(estimate.interval[1])}"
+        return "not detected" if estimate.interval is None else f"< {number(estimate.limit)}"
     if estimate.interval is None:
         return number(float(estimate), 4)
     return value_and_interval_text(float(estimate), estimate.interval)
@@ -98,7 +98,7 @@ def _cells(value: Any, column: str | None) -> tuple[str, str]:
         return str(value), ""
     unit = "" if value.unit == "1" else printed(value.unit, column or "")
     if not value.detected and value.interval is not None:
-        return "not detected", f"< {number(value.interval[1], 3)} {unit}".rstrip()
+        return "not detected", f"< {number(value.limit, 3)} {unit}".rstrip()
     if not value.detected:
         return "not present", ""
     if value.interval is None:

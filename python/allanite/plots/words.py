@@ -83,7 +83,7 @@ def values_text(effect: Effect | type[Effect], values: dict[str, Any], most: int
         # An upper limit of a time or a frequency is not meaningful.
         size = value.unit not in ("s", "Hz")
         if size and not value.detected and value.interval is not None:
-            text = f"{symbol} < {number(value.interval[1], 2)}"
+            text = f"{symbol} < {number(value.limit, 2)}"
         else:
             text = f"{symbol} = {number(value.value)}"
         found.append(with_unit(text, value.unit))

@@ -123,7 +123,7 @@ def _axis_cells(entry: Entry) -> tuple[str, ...]:
             shown = in_sheet_unit(value, effect.parameter(name))
             text = number(shown.value)
             if not shown.detected and shown.interval is not None:
-                text = f"< {number(shown.interval[1], 2)}"
+                text = f"< {number(shown.limit, 2)}"
             found[name] = with_unit(text, shown.unit)
     name = entry.recording.columns[0]
     texts = (found.get(c, "–") for c in COEFFICIENTS)

@@ -10,9 +10,10 @@ import numpy as np
 from allanite.common.arrays import Array
 from allanite.effects import CATALOG, Deterministic, Effect, Modifier, Stochastic
 from allanite.fit.engine import solve, with_coefficients
-from allanite.fit.estimates import is_detected_in, min_detected_delta_logl
+from allanite.fit.estimates import Laws, is_detected_in, min_detected_delta_logl
 from allanite.fit.kept import kept_with_fit
 from allanite.fit.likelihood.random_part import RandomPart
+from allanite.fit.marginal import slow_values
 from allanite.fit.models import without_effect
 from allanite.fit.rivals.columns import follow_columns_consistently
 from allanite.fit.rivals.evidence import MAX_RIVAL_LOG_EVIDENCE, evidence_gain
@@ -173,10 +174,16 @@ def best_of_kinds(scans: Iterable[Scan]) -> dict[str, tuple[float, Deterministic
 
 
 @kept_with_fit
+def _slow_laws(fit: Fit) -> Laws:
+    """Dict of the distributions of the values of the slow functions of time (`slow_values`); kept with the fit."""
+    return slow_values(fit.solution, fit.data)
+
+
+@kept_with_fit
 def is_detected(fit: Fit, place: int) -> bool:
     """True if all coefficients of the effect at index `place` are significantly different from 0, or held."""
     if fit.given is None:
-        return is_detected_in(fit.solution, place, fit.data)
+        return is_detected_in(fit.solution, place, fit.data, lambda: _slow_laws(fit))
     coefficients = (p.name for p in fit.model.effects[place].parameters if p.role == "coefficient")
     return all(getattr(fit.given[place][name], "detected", True) for name in coefficients)
 

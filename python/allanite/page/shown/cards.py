@@ -183,7 +183,7 @@ def _value_record(
     role = effect.parameter(name).role
     text, spread = number(value.value), ""
     if not value.detected and value.interval is not None and value.unit not in ("s", "Hz"):
-        text = f"< {number(value.interval[1], 2)}"
+        text = f"< {number(value.limit, 2)}"
         spread = "not detected (95 % limit)"
     elif value.interval is not None:
         text, first, last = value_and_interval_texts(value.value, value.interval)

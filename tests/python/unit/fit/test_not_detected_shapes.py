@@ -52,3 +52,34 @@ def test_an_effect_is_detected_if_its_estimates_are(gap, model):
         all(values[name].detected for name in own)
         for own, values in zip(names, fit.estimates, strict=True)
     ]
+
+
+@pytest.mark.parametrize("model", ["N+R", "N+K+R", "N+B+STEP(time=1000)", "N+WARM(T=300)"])
+@pytest.mark.parametrize("seed", [3, 5, 9, 10])
+def test_a_value_is_detected_only_if_its_interval_excludes_0(model, seed):
+    """A walk that the model may lack widens the interval of a slow function, which has no value in these records."""
+    rng = np.random.default_rng(seed)
+    x = rng.standard_normal(4000) + 0.02 * np.cumsum(rng.standard_normal(4000))
+    fit = al.fit_model(al.Recording(x, rate=1, unit="deg/s"), model)
+    size = next(p.name for p in fit.model.effects[-1].parameters if p.role == "coefficient")
+    found = fit.estimates[-1][size]
+    low, high = found.interval
+    assert found.detected == (low > 0.0 or high < 0.0)
+    assert found.detected == is_detected(fit, len(fit.model) - 1)
+    assert found.limit == max(-low, high)
+
+
+def test_the_interval_of_a_drift_does_not_depend_on_the_unit():
+    """The drift of a good clock is 1e-16 1/s, below any absolute tolerance."""
+    rng = np.random.default_rng(7)
+    time = np.arange(6000) * 10.0
+    y = (
+        np.cumsum(rng.standard_normal(6000)) * 2e-15
+        + 3e-12 * rng.standard_normal(6000)
+        + 2e-16 * time
+    )
+    clock = al.Recording(np.cumsum(y) * 10.0, rate=0.1, unit="s", quantity="angle")
+    scaled = al.Recording(np.cumsum(y) * 1e13, rate=0.1, unit="s", quantity="angle")
+    one, other = (al.fit_model(r, "Q+N+K+R")["R"].interval for r in (clock, scaled))
+    assert np.allclose(np.multiply(one, 1e12), other, rtol=1e-3)
+    assert 0.0 < one[0] < 2e-16 < one[1]
