@@ -55,7 +55,7 @@ def disturbance_goes_first(
         return True  # a stuck value is no measurement, whatever else is missing
     best = _best_process(found)
     wanders = best is not None and isinstance(best.effect, Stochastic) and best.effect.unsteady
-    if wanders and not _causes_best_process(out, found):
+    if wanders and not _causes(out, best):
         return False
     first, last = ((t - data.start) / data.duration for t in effect.when)
 
@@ -92,7 +92,8 @@ def outliers_go_first(
     Outliers go first if their score is far above that of every other significant suggestion (`is_far_ahead`). Otherwise two
     conditions must hold:
 
-    * The outliers lie only at the ends of the record, or in a few clusters, or explain the best process or filter.
+    * The outliers lie only at the ends of the record, or in a few clusters, or cause the best process or filter, or the
+      best effect that is no exclusion or change of level: a step of a clock's phase looks like a slow hump.
     * No other significant suggestion with an effect at certain times removes more than 90 % of the outliers' power.
     """
     # A settling that begins high above the noise, or a loud segment, makes the first samples stand out. A tap looks like
@@ -104,7 +105,9 @@ def outliers_go_first(
     ends = excludes_only_ends(effect, fit.data)
     if is_far_ahead(out, found):
         return True
-    if not (ends or _is_clustered(taken) or _causes_best_process(out, found)):
+    others = [s for s in found if s.significant and not excludes_or_changes_level(s.effect)]
+    causes = _causes(out, _best(others)) or _causes(out, _best_process(found))
+    if not (ends or _is_clustered(taken) or causes):
         return False
 
     def power(one: Fit) -> float:
@@ -141,13 +144,11 @@ def _is_clustered(taken: NDArray[np.bool_]) -> bool:
     return bool(at.size >= MIN_OUTLIERS_PER_CLUSTER * places)
 
 
-def _causes_best_process(out: Suggestion, found: list[Suggestion]) -> bool:
-    """True if the outliers that `out` excludes cause the best significant process or filter in `found`.
+def _causes(out: Suggestion, best: Suggestion | None) -> bool:
+    """True if the samples that `out` excludes cause the suggestion `best`; False without one.
 
-    The best one has the highest score. Outliers cause it if its ΔlogL falls by more than 90 % once they are excluded, with
-    its shapes as fitted. False without a significant process or filter.
+    They cause it if its ΔlogL falls by more than 90 % once they are excluded, with its shapes as fitted.
     """
-    best = _best_process(found)
     if best is None:
         return False
     without = out.found.solution
@@ -160,8 +161,12 @@ def _causes_best_process(out: Suggestion, found: list[Suggestion]) -> bool:
 
 def _best_process(found: list[Suggestion]) -> Suggestion | None:
     """Significant process or filter with the highest score; None without one."""
-    stationary = [s for s in found if s.significant and not acts_in_time(s.effect)]
-    return max(stationary, key=lambda s: s.score, default=None)
+    return _best([s for s in found if s.significant and not acts_in_time(s.effect)])
+
+
+def _best(found: list[Suggestion]) -> Suggestion | None:
+    """Suggestion with the highest score; None without one."""
+    return max(found, key=lambda s: s.score, default=None)
 
 
 def explained_by_process(
