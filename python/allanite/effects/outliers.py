@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.common.showing import brief
-from allanite.effects._declared import Parameter
+from allanite.effects._declared import Parameter, texts_for_clocks
 from allanite.effects._modifier import Modifier
 
 
@@ -50,6 +50,11 @@ class Outliers(Modifier):
         "spikes of the samples; a white density (and N) higher than the width of the histogram"
     )
     check_by = "look at the raw words and checksums at these times; count them against a bus or supply event"
+    texts = texts_for_clocks(
+        physics="single wrong readings, or steps of the phase: another path or reference, a reset, a slipped cycle",
+        looks_like="spikes of the frequency; a white FM (and N) that the rest of the record does not have",
+        check_by="compare the phase before and after these times; look for switched paths and restarts",
+    )
     rivals = ("noise_level_change", "warm_up")
 
     __repr__ = brief

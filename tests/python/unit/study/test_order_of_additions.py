@@ -282,3 +282,17 @@ def test_an_effect_that_replaces_another_ends_no_series_of_additions(seed):
     study = al.improve(al.Recording(x, 10.0), "N+B", lambda done, _: checked.append(done))
     assert study.fit.model.name == "N+K+SIN"
     assert checked == [1, 3]
+
+
+@pytest.mark.parametrize("seed", [0, 1])
+def test_a_step_of_the_phase_is_one_effect(seed):
+    """An offset jumps by ten times its noise: samples of the frequency to exclude, and no hump beside them."""
+    rng = np.random.default_rng(seed)
+    phase = 40e-9 * rng.standard_normal(20_000) + 1e-10 * np.cumsum(rng.standard_normal(20_000))
+    phase[9000:] += 4e-7
+    clock = al.Recording(phase, rate=1, unit="s", quantity="angle")
+    study = al.improve(clock, "Q+F+N+B+K")
+    assert study.fit.model.name == "Q+F+N+B+K+OUT"
+    assert study.adequate
+    assert abs(np.mean(study.fit.model.effects[-1].times) - 9000.0) < 3.0
+    assert not study.fit["N"].detected
