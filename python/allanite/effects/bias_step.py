@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Self
+from typing import ClassVar, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -44,6 +44,7 @@ class BiasStep(Event):
     catalog_place = 24
     common = True
     title = "bias step"
+    titles: ClassVar[dict[str, str]] = {"fractional frequency": "frequency step"}
     family = "step"
     lasting = True
     interval = ("time", "time")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,6 +34,7 @@ class Outliers(Modifier):
     catalog_place = 38
     common = True
     title = "outliers"
+    titles: ClassVar[dict[str, str]] = {"fractional frequency": "outliers or phase steps"}
     screened = "outlier"
     family = "outlier"
     single = True

@@ -13,7 +13,7 @@ def test_a_step_of_frequency_is_drawn_over_the_frequency_of_a_phase():
     check = al.fit_model(log, "N+B").check()
     (panel,) = [p for p in check.plot().panels if p.title == "Samples"]
     means, step = panel.marks
-    assert "bias step" in step.label
+    assert "frequency step" in step.label
     late = np.asarray(step.x) > 0.5 * np.max(step.x)
     assert step.y[-1] - step.y[0] == np.ptp(step.y)
     np.testing.assert_allclose(

@@ -294,5 +294,6 @@ def test_a_step_of_the_phase_is_one_effect(seed):
     study = al.improve(clock, "Q+F+N+B+K")
     assert study.fit.model.name == "Q+F+N+B+K+OUT"
     assert study.adequate
+    assert study.ladder[-1].changes == ("+ outliers or phase steps",)
     assert abs(np.mean(study.fit.model.effects[-1].times) - 9000.0) < 3.0
     assert not study.fit["N"].detected
