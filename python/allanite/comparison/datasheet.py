@@ -41,7 +41,7 @@ class Row:
         """Texts of the sheet's value, the measured value, and their ratio: ``1.02 (0.98 … 1.06)`` or ``< 1.06``."""
         ratio, interval = number(self.ratio.value), self.ratio.interval
         if not self.ratio.detected:
-            ratio = f"< {number(interval[1])}" if interval else "?"
+            ratio = f"< {number(self.ratio.limit)}" if interval else "?"
         elif interval is not None:
             ratio = f"{ratio} ({number(interval[0])} … {number(interval[1])})"
         value = self.ratio.value * self.figure.value if self.measured.detected else None
