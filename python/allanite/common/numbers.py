@@ -85,11 +85,41 @@ MAX_LISTED_HARMONICS = 12
 
 
 def common_step(values: Sequence[float]) -> float | None:
-    """Smallest distance between neighbors in the ascending `values`, if every distance is nearly a multiple; else None."""
-    apart = [b - a for a, b in itertools.pairwise(values)]
+    """Spacing of the ascending `values`: of even ones, or of those on both sides of its multiples; None for others.
+
+    The spacing of even values is the smallest distance between neighbors, of which every distance is nearly a multiple. The
+    others are all nearly a multiple of the spacing plus or minus the first value. If values are both, the second spacing
+    counts if it is more than twice as large: it leaves fewer gaps.
+    """
+    first, apart = values[0], [b - a for a, b in itertools.pairwise(values)]
     least = min(apart)
-    even = least > 0.0 and all(abs(d / least - round(d / least)) <= MAX_STEP_ERROR for d in apart)
-    return least if even else None
+    if least <= 0.0:
+        return None
+    is_even = all(_is_multiple(d, least) for d in apart)
+    for step in sorted((v + sign * first for v in values[1:3] for sign in (1, -1)), reverse=True):
+        if is_even and step < 2.5 * least:
+            break
+        if all(_is_multiple(v - first, step) or _is_multiple(v + first, step) for v in values):
+            return step
+    return least if is_even else None
+
+
+def spacing_text(frequency: float, multiples: Sequence[float]) -> str:
+    """Text of the spacing of lines: ``1.52 Hz apart``, ``on both sides of multiples of 1.52 Hz``, or "" without one.
+
+    `multiples` are the lines, ascending, divided by the `frequency` of the lowest one, Hz.
+    """
+    step = common_step(multiples)
+    if step is None:
+        return ""
+    each = f"{number(step * frequency, 4)} Hz"
+    is_even = step <= min(b - a for a, b in itertools.pairwise(multiples))
+    return f"{each} apart" if is_even else f"on both sides of multiples of {each}"
+
+
+def _is_multiple(value: float, step: float) -> bool:
+    """True if a value is a multiple of `step`, up to a tenth of `step`."""
+    return abs(value / step - round(value / step)) <= MAX_STEP_ERROR
 
 
 def harmonics_text(
@@ -105,10 +135,9 @@ def harmonics_text(
     multiples, amplitudes = given[::3], [factor * a for a in given[1::3]]
     spaced = any(m != round(m) for m in multiples)
     if spaced or len(multiples) > MAX_LISTED_HARMONICS:
-        step = common_step(sorted([1.0, *multiples])) if spaced else None
-        apart = "" if step is None else f" {number(step * frequency, 4)} Hz apart"
+        apart = f" {spacing_text(frequency, sorted([1.0, *multiples]))}" if spaced else ""
         sizes = f"{number(min(amplitudes))} … {number(max(amplitudes))} {unit}".rstrip()
-        what = f"further lines{apart}" if spaced else "harmonics"
+        what = f"further lines{apart}".rstrip() if spaced else "harmonics"
         return f"{len(multiples)} {what}, up to {number(max(multiples) * frequency, 4)} Hz, {sizes}"
     return ", ".join(
         f"{number(multiple * frequency, 4)} Hz {number(amplitude)} {unit}".rstrip()

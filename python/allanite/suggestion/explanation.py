@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from allanite.common.numbers import common_step, number, with_readable_numbers
+from allanite.common.numbers import number, spacing_text, with_readable_numbers
 from allanite.common.parameters import Estimate
 from allanite.common.printing import printed
 from allanite.effects import Deterministic, Effect
@@ -62,11 +62,8 @@ def name_with_lines(effect: Effect, fit: Fit) -> str:
             name += f" with harmonics {', '.join(map(str, further))}"
         else:
             base = effect.base_frequency or 0.0
-            step = common_step([1.0, *further])
-            if step is None:
-                name += f", {number(base, 3)} to {number(max(further) * base, 3)} Hz"
-            else:
-                name += f", {number(step * base, 4)} Hz apart"
+            spacing = spacing_text(base, [1.0, *further])
+            name += f", {spacing or f'{number(base, 3)} to {number(max(further) * base, 3)} Hz'}"
     return name
 
 

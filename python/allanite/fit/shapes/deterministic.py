@@ -9,7 +9,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,6 +27,9 @@ if TYPE_CHECKING:
 LOWEST_ORDINATES = 8192
 #: Number of ordinates to each side of a line in which the line is regressed. At most 0.3 % of its power lies beyond.
 LINE_WINDOW = 128
+#: Number of lines of a comb above which each line counts as 0 beyond its own window. The time for all windows grows with
+#: the square of the number of lines. Chosen by judgment; not measured.
+MAX_JOINT_DESIGN_LINES = 12
 #: Minimum eigenvalue of the normal equations, relative to the largest; below, regressors are linearly dependent.
 #: Chosen by judgment; not measured.
 MIN_RELATIVE_EIGENVALUE = 1e-12
@@ -34,10 +37,14 @@ MIN_RELATIVE_EIGENVALUE = 1e-12
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Design:
-    """Regressors of known functions of time, shape (k, p), at the ascending `ordinates`, shape (k,), that contain them."""
+    """Regressors of known functions of time, shape (k, p), at the ascending `ordinates`, shape (k,), that contain them.
+
+    `blocks` are the parts (rows, columns) of `matrix` that are not 0: one for each line of a comb. By default, all.
+    """
 
     ordinates: NDArray[np.int64]
     matrix: Array
+    blocks: tuple[tuple[slice, slice], ...] = ((slice(None), slice(None)),)
 
     __repr__ = brief
 
@@ -160,12 +167,27 @@ def design_of(
 
     By default these are ordinates near lines, and the lowest 8191 if an effect is slow. `effects` must not be empty.
     """
+    if at is None and len(effects) == 1 and len(effects[0].lines) > MAX_JOINT_DESIGN_LINES:
+        return _design_of_lines(effects[0], data)
     if at is None:
         parts = [ordinates_of_line(e, data) for e in effects if not e.low]
         if any(e.low for e in effects):
             parts.append(np.arange(1, min(data.n, LOWEST_ORDINATES), dtype=np.int64))
         at = union(parts)
     return Design(at, np.column_stack([regressors_at(e, at, data) for e in effects]))
+
+
+def _design_of_lines(effect: Deterministic, data: Data) -> Design:
+    """`Design` of a comb; each line counts as 0 beyond its own window, as beside the lines of other effects."""
+    frequencies = [m * (effect.base_frequency or 0.0) for m, _, _ in effect.lines]
+    windows = [ordinates_near(f, data) for f in frequencies]
+    at = union(windows)
+    matrix, blocks = np.zeros((at.size, 2 * len(windows))), []
+    for k, (f, window) in enumerate(zip(frequencies, windows, strict=True)):
+        first = int(np.searchsorted(at, window[0])) if window.size else 0
+        blocks.append((slice(first, first + window.size), slice(2 * k, 2 * k + 2)))
+        matrix[blocks[-1]] = line_ordinates(f, window, data)
+    return Design(at, matrix, tuple(blocks))
 
 
 def parts_of(designs: Sequence[Design]) -> list[slice]:
@@ -249,39 +271,59 @@ def regress_designs(
 
     `values` and `variance` are those of the ordinates `at`, ascending, which contain those of all designs. The columns of
     the designs follow each other. The gain, ΔlogL, is ½ bᵀA⁻¹b for the normal equations A x = b of regressors of norm 1.
-    Directions whose eigenvalue of A is at most 1e-12 of the largest are left out. The time grows with the number of
-    designs, since most of them share few ordinates.
+    Directions whose eigenvalue of A is at most 1e-12 of the largest are left out. Blocks of regressors in different ranges
+    of ordinates are regressed separately.
     """
     root = 1.0 / np.sqrt(variance)
-    places = [np.searchsorted(at, design.ordinates) for design in designs]
-    white = [d.matrix * root[rows, None] for d, rows in zip(designs, places, strict=True)]
-    norms = [np.sqrt(np.einsum("kp,kp->p", w, w)) for w in white]
-    norm = np.concatenate([np.zeros(0), *norms])
-    norm[norm == 0.0] = 1.0
-    parts = parts_of(designs)
-    units = [w / norm[part] for w, part in zip(white, parts, strict=True)]
     target = values * root
-    scores = [u.T @ target[rows] for u, rows in zip(units, places, strict=True)]
-    score = np.concatenate([np.zeros(0), *scores])
-    normal = np.zeros((norm.size, norm.size))
-    pairs = []
-    for a, b in itertools.combinations_with_replacement(range(len(designs)), 2):
-        one: Any = slice(None)
-        other: Any = one
-        if a != b:
-            _, one, other = np.intersect1d(places[a], places[b], True, True)
-        pairs.append((a, b, units[a][one], units[b][other], places[a][one]))
-        normal[parts[a], parts[b]] = pairs[-1][2].T @ pairs[-1][3]
-        normal[parts[b], parts[a]] = normal[parts[a], parts[b]].T
-    # Drop directions that other regressors already span.
-    strength, axes = np.linalg.eigh(normal)
-    own = strength > MIN_RELATIVE_EIGENVALUE * strength.max(initial=0.0)
-    inverse = (axes[:, own] / strength[own]) @ axes[:, own].T
-    solution = inverse @ score
-    leverage = np.zeros(at.size)
-    for a, b, left, right, rows in pairs:
-        share = np.einsum("kp,kp->k", left @ inverse[parts[a], parts[b]], right)
-        leverage[rows] += share if a == b else 2.0 * share
-    return Regression(
-        solution / norm, inverse / np.outer(norm, norm), leverage, 0.5 * float(score @ solution)
-    )
+    count = sum(design.matrix.shape[1] for design in designs)
+    amplitudes, covariance = np.zeros(count), np.zeros((count, count))
+    leverage, gain = np.zeros(at.size), 0.0
+    for blocks in _overlapping(_blocks_of(designs, at)):
+        rows = union([block[0] for block in blocks])
+        columns = np.concatenate([block[1] for block in blocks])
+        white = np.zeros((rows.size, columns.size))
+        last = 0
+        for own, _, matrix in blocks:
+            first, last = last, last + matrix.shape[1]
+            white[np.searchsorted(rows, own), first:last] = matrix * root[own, None]
+        norm = np.sqrt(np.einsum("kp,kp->p", white, white))
+        norm[norm == 0.0] = 1.0
+        unit = white / norm
+        score = unit.T @ target[rows]
+        # Drop directions that other regressors already span.
+        strength, axes = np.linalg.eigh(unit.T @ unit)
+        kept = strength > MIN_RELATIVE_EIGENVALUE * strength.max(initial=0.0)
+        inverse = (axes[:, kept] / strength[kept]) @ axes[:, kept].T
+        solution = inverse @ score
+        amplitudes[columns] = solution / norm
+        covariance[np.ix_(columns, columns)] = inverse / np.outer(norm, norm)
+        leverage[rows] += np.einsum("kp,kp->k", unit @ inverse, unit)
+        gain += 0.5 * float(score @ solution)
+    return Regression(amplitudes, covariance, leverage, gain)
+
+
+#: Rows in the array of all ordinates, columns in the matrix of all designs side by side, and regressors of a block.
+_Block = tuple[NDArray[np.int64], NDArray[np.int64], Array]
+
+
+def _blocks_of(designs: Sequence[Design], at: NDArray[np.int64]) -> list[_Block]:
+    """List of the blocks of all `designs`, without empty ones; `at` are the ordinates of all designs."""
+    found = []
+    for design, part in zip(designs, parts_of(designs), strict=True):
+        places = np.searchsorted(at, design.ordinates)
+        every = np.arange(part.start, part.stop)
+        found += [(places[r], every[c], design.matrix[r, c]) for r, c in design.blocks]
+    return [block for block in found if block[0].size]
+
+
+def _overlapping(blocks: list[_Block]) -> list[list[_Block]]:
+    """List of groups of `blocks`; the ranges of rows of different groups do not overlap."""
+    groups: list[list[_Block]] = []
+    last = -1
+    for block in sorted(blocks, key=lambda block: int(block[0][0])):
+        if block[0][0] > last:
+            groups.append([])
+        groups[-1].append(block)
+        last = max(last, int(block[0][-1]))
+    return groups

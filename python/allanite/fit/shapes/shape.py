@@ -37,7 +37,7 @@ from allanite.fit.shapes.scan import (
     polished_designs,
     simplest_design,
 )
-from allanite.fit.shapes.simplex import MIN_SHAPE_DELTA_LOGL, local_maximum
+from allanite.fit.shapes.simplex import MIN_SHAPE_DELTA_LOGL
 from allanite.fit.shapes.tones import polish_burst
 
 if TYPE_CHECKING:
@@ -55,6 +55,8 @@ MAX_OPTIMIZED_LINES = 12
 #: Number of lines of a comb above which each line is evaluated separately, if they do not overlap.
 #: Chosen by judgment; not measured.
 MAX_JOINT_LINES = 3
+#: Maximum number of parabolas through three ΔlogL whose vertices lead to the frequency of a line; 2 or 3 suffice.
+MAX_PARABOLAS = 20
 #: Tolerance of a shape of a slow function, as a fraction of the distance between its neighbors on the grid.
 #: Chosen by judgment; not measured.
 SHAPE_TOLERANCE = 1e-3
@@ -180,7 +182,7 @@ def _optimized_line(
     known, start = _with_values(others), effect.base_frequency
     if start is None:
         start = loudest_frequency(effect, data.ordinates_without(known), noise, data)
-    multiples = [m for m, _, _ in effect.lines]
+    multiples = optimized_multiples(effect)
     j = comb_window(start, multiples, data, ORDINATES_BESIDE_LINE)
     left = residual_ordinates_at(known, j, data)
     # The frequency of a fitted line is known as well as that of its highest harmonic.
@@ -203,6 +205,15 @@ def _with_values(effects: tuple[Deterministic, ...]) -> list[Deterministic]:
     return [e for e in known if all(e.values[n] is not None for n in e.free_shapes)]
 
 
+def optimized_multiples(effect: Deterministic) -> list[float]:
+    """List of the multiples of a line's frequency that determine it: all, or 12 from the lowest to the highest."""
+    multiples = [m for m, _, _ in effect.lines]
+    if len(multiples) <= MAX_OPTIMIZED_LINES:
+        return multiples
+    few = np.linspace(0, len(multiples) - 1, MAX_OPTIMIZED_LINES).astype(int)
+    return [multiples[i] for i in few]
+
+
 def polish_line(
     start: float,
     j: NDArray[np.int64],
@@ -216,18 +227,8 @@ def polish_line(
 
     The lines are fitted to the ordinates `values` with the indices j. The result differs from `start` by at most about
     `error` ordinates, that is `error`/2T with the duration T of the record. `start` is returned if ΔlogL rises by less than
-    1e-3. If there are more than 12 `multiples`, only 12 of them are used.
+    1e-3.
     """
-    if len(multiples) > MAX_OPTIMIZED_LINES:
-        # For a pulse train, a few of its lines determine the frequency.
-        multiples = [
-            multiples[i]
-            for i in np.linspace(0, len(multiples) - 1, MAX_OPTIMIZED_LINES).astype(int)
-        ]
-        values = values[
-            np.isin(j, near := comb_window(start, multiples, data, ORDINATES_BESIDE_LINE))
-        ]
-        j = near
     variance = noise.variance(j)
     step = data.rate / (2.0 * data.n)
     windows = [
@@ -245,10 +246,11 @@ def polish_line(
     # Together the lines cost the square of their number. Lines that do not overlap are the same apart.
     is_apart = len(multiples) > MAX_JOINT_LINES and start > (2 * ORDINATES_BESIDE_LINE + 2) * step
 
-    def gain(x: Array) -> float:
-        """ΔlogL at the base frequency x, Hz."""
-        gains = gains_apart(x) if is_apart else comb_gains(x, multiples, j, values, variance, data)
-        return float(gains[0])
+    def gains(tried: Array) -> Array:
+        """ΔlogL at each base frequency in `tried`, Hz."""
+        if is_apart:
+            return gains_apart(tried)
+        return comb_gains(tried, multiples, j, values, variance, data)
 
     # The highest harmonic determines the step. The grid only selects the maximum, for which lines may be taken apart.
     fine = step / (8.0 * max(multiples))
@@ -256,15 +258,22 @@ def polish_line(
     highest = (data.rate / 2.0 - step) / max(multiples)
     inside = (grid > step) & (grid < highest)
     tried = np.append(grid[inside], start)
-    center = tried[[int(np.argmax(gains_apart(tried)))]]
-    around = start + fine * np.array([-1.0, 0.0, 1.0])
-    if center[0] == start and _is_at_maximum(*gains_apart(around)):
+    center = float(tried[int(np.argmax(gains_apart(tried)))])
+    around = fine * np.array([-1.0, 0.0, 1.0])
+    if center == start and _is_at_maximum(*gains_apart(start + around)):
         return start
-    found, best = local_maximum(gain, center, np.array([fine]))
+    for _ in range(MAX_PARABOLAS):
+        before, here, after = gains(center + around)
+        curvature = before + after - 2.0 * here
+        vertex = 0.5 * (before - after) / curvature if curvature < 0.0 else np.sign(after - before)
+        center += fine * float(np.clip(vertex, -2.0, 2.0))
+        if _is_at_maximum(before, here, after):
+            break
     # A line below the first ordinate has a mirror image at its negative frequency.
-    is_inside = step < found[0] < highest
-    is_better = is_inside and best > gain(np.array([start])) + MIN_SHAPE_DELTA_LOGL
-    return float(found[0]) if is_better else start
+    if not step < center < highest:
+        return start
+    rise = np.diff(gains(np.array([start, center])))[0]
+    return center if rise > MIN_SHAPE_DELTA_LOGL else start
 
 
 def _is_at_maximum(before: float, here: float, after: float) -> bool:

@@ -100,6 +100,47 @@ def test_lines_that_are_not_among_the_clearest_complete_a_comb():
     )
 
 
+def _both_sides(offset, step, count):
+    return sorted(
+        [offset + step * k for k in range(count)] + [step * k - offset for k in range(1, count)]
+    )
+
+
+@pytest.mark.parametrize(
+    ("offset", "step"), [(377.3, 3011.8), (377.3, 3040.7), (1201.0, 2555.5), (901.4, 1999.2)]
+)
+def test_lines_on_both_sides_of_the_multiples_are_one_comb(offset, step):
+    """The images of a line in a pulse train, of which one in six is missing."""
+    lines = np.round(_both_sides(offset, step, 12)).astype(int)
+    lines = np.delete(lines, slice(4, None, 6))
+    lowest, multiples = evenly_spaced(_periodogram(lines, 40_000), lines.tolist())
+    found = lowest * np.array(multiples)
+    assert max(np.abs(found - line).min() for line in lines) < 1.5
+    # The highest pair may lack one side.
+    assert lines.size <= len(multiples) <= 25
+
+
+@pytest.mark.parametrize("step", [1700.0, 1711.5])
+def test_a_comb_between_the_multiples_is_its_own_image(step):
+    lines = np.round(step * (0.5 + np.arange(14))).astype(int)
+    lowest, multiples = evenly_spaced(_periodogram(lines, 40_000), lines.tolist())
+    assert lowest * np.array(multiples) == pytest.approx(lines, abs=1.0)
+
+
+@pytest.mark.slow
+def test_combs_on_both_sides_of_the_multiples_are_one_effect_each():
+    """Two families of images interleave, as those of two lines that are sampled and held."""
+    families = [_both_sides(0.190, 1.5203, 12), _both_sides(0.47, 1.71, 10)]
+    study = al.improve(_lines(np.concatenate(families), 0.012, 6), "N")
+    assert study.adequate, study
+    found = {len(e.lines): e for e in study.fit.model if e.kind == "sinusoid"}
+    assert sorted(found) == [19, 23], study
+    for count, family in ((23, families[0]), (19, families[1])):
+        places = [m * found[count].frequency for m, _, _ in found[count].lines]
+        assert places == pytest.approx(family, abs=2e-3)
+    assert "further lines on both sides of multiples of 1.52 Hz" in str(study)
+
+
 @pytest.mark.slow
 def test_combs_on_several_carriers_are_combs():
     """Three combs whose lines interleave: each is one effect, found in one step with the others."""

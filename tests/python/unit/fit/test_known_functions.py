@@ -166,6 +166,27 @@ def test_designs_at_their_own_ordinates_are_one_regression():
     np.testing.assert_allclose(found.leverage, hat, rtol=1e-9)
 
 
+def test_lines_of_a_comb_are_regressed_in_their_own_windows():
+    """Amplitudes of 20 lines, each ten times its standard error, against regressors in the windows of all lines."""
+    rng, n, rate = np.random.default_rng(12), 50_000, 100.0
+    multiples = [1.0 + 0.73 * k for k in range(20)]
+    t = np.arange(n) / rate
+    x = rng.standard_normal(n)
+    for m in multiples:
+        x += 0.063 * np.sin(2 * np.pi * 2.1 * m * t + m)
+    data = prepare(al.Recording(x, rate))
+    design = design_of((al.Sinusoid.at(2.1, multiples),), data)
+    at = design.ordinates
+    found = regress_designs((design,), at, data.ordinates[at], np.ones(at.size))
+    dense = np.hstack([line_ordinates(2.1 * m, at, data) for m in multiples])
+    expected = regress(dense, data.ordinates[at], np.ones(at.size))
+    error = np.sqrt(np.diag(expected.covariance))
+    # A line 1533 ordinates away leaks 10·2/(1533π) = 0.4 % of an error.
+    assert np.abs(found.amplitudes - expected.amplitudes).max() < 0.05 * error.max()
+    assert np.sqrt(np.diag(found.covariance)) == pytest.approx(error, rel=0.005)
+    assert found.leverage.sum() == pytest.approx(40.0)
+
+
 @pytest.mark.parametrize("n", [1001, 40_000])
 def test_the_ordinates_of_a_line_are_the_cosine_transform_of_its_samples(n):
     rate = 50.0
