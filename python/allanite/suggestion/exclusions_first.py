@@ -44,9 +44,9 @@ def disturbance_goes_first(
 
     This holds for a stuck value, and for a loud segment that no other significant suggestion with an effect at certain
     times explains. Such an effect explains the segment if, with it, the ΔlogL of separate noise levels in the segment falls
-    below 14 nats or 10 % of its value (50 % for scattered outliers). False as well if the best process is a wandering line
-    that does not come from the segment. Frequencies that such a line seldom visits are loud for a short time without a
-    disturbance.
+    below 14 nats or 10 % of its value (50 % for scattered outliers). False as well if the best process is a narrow band
+    that does not come from the segment. The band may move, and frequencies that it seldom visits are loud for a short time
+    without a disturbance.
     """
     effect, data = out.effect, fit.data
     if not out.significant or effect.when is None:
@@ -54,8 +54,8 @@ def disturbance_goes_first(
     if out.note:
         return True  # a stuck value is no measurement, whatever else is missing
     best = _best_process(found)
-    wanders = best is not None and isinstance(best.effect, Stochastic) and best.effect.unsteady
-    if wanders and not _causes(out, best):
+    is_band = best is not None and isinstance(best.effect, Stochastic) and best.effect.occupies
+    if is_band and not _causes(out, best):
         return False
     first, last = ((t - data.start) / data.duration for t in effect.when)
 

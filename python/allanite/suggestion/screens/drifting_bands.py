@@ -1,4 +1,4 @@
-"""Screen of drifting bands: each band of the model is located in sections of the record.
+"""Screen of drifting bands: each band of the model, or that it lacks, is located in sections of the record.
 
 A band whose frequency changes slowly is wider in the mean spectrum than at any time, with one steep side. A model of the
 mean spectrum then needs two or three resonances for this one band. The candidate is one moving band that replaces the
@@ -7,7 +7,7 @@ located band, alone or together with all others in the range of its course.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -15,7 +15,12 @@ from numpy.typing import NDArray
 
 from allanite.effects import CATALOG, Effect, Model, Stochastic
 from allanite.fit.engine import solve
-from allanite.suggestion.constants import MAX_BAND_SECTIONS, MIN_BAND_SECTIONS, MIN_ORDINATES
+from allanite.suggestion.constants import (
+    MAX_BAND_SECTIONS,
+    MIN_BAND_SECTIONS,
+    MIN_DELTA_LOGL_OVER_SIMPLER,
+    MIN_ORDINATES,
+)
 from allanite.suggestion.p_values import Family
 from allanite.suggestion.screens._screen import Candidate, Context, Screen
 from allanite.suggestion.screens.spectral import bands_overlap
@@ -76,17 +81,41 @@ def screen_drifting_bands(
 
 
 def look(context: Context) -> tuple[Candidate, ...]:
-    """Tuple of a refitted `Candidate` for each band of the model that moves."""
+    """Tuple of a refitted `Candidate` for each band that moves: of the model, or a candidate of the spectrum.
+
+    A candidate of the spectrum within the range of a band that moves is a part of this band.
+    """
     solution, data = context.solution, context.data
-    return screen_drifting_bands(bands_that_may_move(solution, data), solution, data)
+    found = [*screen_drifting_bands(bands_that_may_move(solution, data), solution, data)]
+    for missing, band in _missing_bands(context):
+        courses = [one.effect.occupies or (0.0, 0.0) for one in found]
+        if any(bands_overlap(band.effect.occupies or (0.0, 0.0), course) for course in courses):
+            continue
+        assert missing.solution is not None
+        moving = screen_drifting_bands([band], missing.solution, data)
+        found += [replace(one, gain=missing.gain + one.gain, note="") for one in moving]
+    return tuple(found)
+
+
+def _missing_bands(context: Context) -> list[tuple[Candidate, Process]]:
+    """List of the candidates of the spectrum that are bands which may move, each with its fitted band."""
+    found = []
+    for one in context.found["spectral"]:
+        if one.solution is not None and one.gain > MIN_DELTA_LOGL_OVER_SIMPLER:
+            bands = bands_that_may_move(one.solution, context.data)
+            found += [(one, own) for own in bands if own.effect is one.solution.model.effects[-1]]
+    return found
 
 
 SCREEN = Screen(
     "drifting bands",
-    "bands of the model whose frequency changes: their most likely course over sections of the record",
+    "bands whose frequency changes: their most likely course over sections of the record",
     "both",
     look,
-    searches=lambda context: int(bool(bands_that_may_move(context.solution, context.data))),
+    after=("spectral",),
+    searches=lambda context: int(
+        bool(bands_that_may_move(context.solution, context.data) or _missing_bands(context))
+    ),
 )
 
 

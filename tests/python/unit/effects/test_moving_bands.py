@@ -60,6 +60,25 @@ def test_a_weak_band_that_drifts_by_sixty_half_widths_is_no_line(seed):
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_an_engine_that_slows_down_is_no_disturbance(seed):
+    """Two harmonics of an idle engine; their first, highest frequencies are loud for a short time only."""
+    rng, n, rate = np.random.default_rng([seed, 8]), 30_000, 50.0
+    t = np.arange(n) / rate
+    speed = 9.3 - 1.2 * (1.0 - np.exp(-t / 200.0)) + g.gauss_markov(rng, n, rate, 0.02, 10.0)
+    phase = 2.0 * np.pi * np.cumsum(speed) / rate
+    x = g.white(rng, n, rate, 1e-3) + g.flicker(rng, n, rate, 1e-3)
+    study = al.improve(
+        al.Recording(x + 0.005 * np.sin(phase) + 0.003 * np.sin(2.0 * phase), rate, unit="m/s^2"),
+        "N+B",
+    )
+    assert study.ladder[1].changes == ("+ drifting resonance",), study
+    kinds = [e.kind for e in study.fit.model]
+    assert kinds.count("drifting_resonance") == 2, study
+    assert not any("level" in kind or kind == "disturbance" for kind in kinds), study
+
+
+@pytest.mark.slow
 def test_a_check_suggests_it_in_the_place_of_the_band():
     fit = al.fit_model(_recording(5, WARMS_UP), "N+RES(f=20,damping=0.05)")
     [found] = [s for s in fit.check().significant if s.kind == "drifting_resonance"]
