@@ -93,6 +93,7 @@ def _fit(
     part = whole = RandomPart(data, data.power, free)
     functions, ordinates = _Functions(), data.ordinates
     removed: tuple[Deterministic, ...] = ()
+    kept: tuple[Deterministic, ...] = ()
     if like is not None and model.deterministic:
         removed, ordinates = like.removed_functions, like.ordinates
         part = RandomPart(data, like.power, np.minimum(like.count, free))
@@ -113,7 +114,12 @@ def _fit(
             scale = best.scale if turn else None
             level = bin_levels(part.power, part.count, best.spectrum, scale)
             noise = Noise(data.terms(model), data.bins, level)
-            model = fit_deterministic_shapes(model, noise, data, polished=polish, settled=settled)
+            tried = model.deterministic
+            model = fit_deterministic_shapes(
+                model, noise, data, polished=polish, settled=settled, kept=kept
+            )
+            # A line that one of the rounds with a discrepancy does not move is at its maximum.
+            kept = tried if turn else ()
             functions = functions.refitted(model.deterministic, noise, data)
             model = _with_replaced(model, Deterministic, iter(functions.effects))
             before = ordinates

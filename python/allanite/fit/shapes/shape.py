@@ -41,7 +41,7 @@ from allanite.fit.shapes.simplex import MIN_SHAPE_DELTA_LOGL
 from allanite.fit.shapes.tones import polish_burst
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Collection, Sequence
 
     from allanite.fit.likelihood.data import Data
     from allanite.fit.likelihood.expected import Noise
@@ -140,16 +140,25 @@ def _with_grid_middles(model: Model, data: Data) -> Model:
 
 
 def fit_deterministic_shapes(
-    model: Model, noise: Noise, data: Data, *, polished: bool, settled: int = 0
+    model: Model,
+    noise: Noise,
+    data: Data,
+    *,
+    polished: bool,
+    settled: int = 0,
+    kept: Collection[Effect] = (),
 ) -> Model:
     """Copy of the model with optimized shapes of its deterministic effects, for a given spectrum of the noise.
 
     Shapes without a value are always searched, the others only if `polished`. The last effect of the model, which a search
     just added, is always optimized unless it is a slow function. The first `settled` effects are unchanged if all their
-    shapes have values.
+    shapes have values. Lines with the same shapes as an effect in `kept` are unchanged.
     """
+    alike = {effect.seen_alike for effect in kept if isinstance(effect, Deterministic)}
     for place, effect in enumerate(model.effects):
         if not isinstance(effect, Deterministic) or not effect.free_shapes:
+            continue
+        if effect.periodic and effect.seen_alike in alike:
             continue
         if all(effect.values[n] is not None for n in effect.free_shapes):
             is_added = place == len(model.effects) - 1 and not effect.low
