@@ -214,7 +214,7 @@ def _exclusion_candidate(
     if not np.any(data.present(taken)):
         return None
     cleaned = without_samples(data, taken)
-    cleaned = complete(cleaned, solution.model, solution.level)
+    cleaned = complete(cleaned, solution.model, solution.level, starts=())
     refitted = solve(cleaned, Model((*solution.model.effects, effect)), rounds=3)
     found = refitted.model.effects[-1]
     return Candidate(

@@ -6,11 +6,13 @@ import numpy as np
 import pytest
 
 import allanite as al
+import generators as g
 from allanite.effects import Deterministic
 from allanite.fit import fit_again
 from allanite.fit.likelihood.data import prepare
 from allanite.fit.likelihood.expected import column
 from allanite.fit.likelihood.whittle import normal_scores
+from allanite.fit.missing import completion
 from allanite.fit.missing.completion import _ConditionalMean, complete, information_ratio
 from allanite.fit.missing.shares import known_ordinates, mixing_of, squared_correlations
 from allanite.spectrum import bins_of
@@ -366,3 +368,21 @@ def test_a_length_with_large_prime_factors_is_completed_like_any_other(monkeypat
         )
         assert fit.data.samples.size == fit.data.ordinates.size == n
     np.testing.assert_allclose(found[0], found[1], rtol=0.02)
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_a_wrong_model_is_completed_as_well_as_its_discrepancy_allows(seed, monkeypatch):
+    """Further rounds change no coefficient, although the model lacks a band."""
+    rng = np.random.default_rng(seed)
+    x = g.white(rng, 20_000, 1.0, 0.1) + g.resonance(rng, 20_000, 1.0, 0.03, 0.1, 0.1)
+    x += 1e-4 * np.cumsum(rng.standard_normal(x.size))
+    for first in rng.integers(0, x.size, 200):
+        x[first : first + int(rng.exponential(80.0))] = np.nan
+    record = al.Recording(x, rate=1, unit="deg/s")
+    fit = al.fit_model(record, "N+B+K")
+    assert fit.discrepancy.percent > 1.0
+    monkeypatch.setattr(completion, "MAX_SETTLED_DELTA_LOGL", 1e-4)
+    further = al.fit_model(record, "N+B+K")
+    for name in "NBK":
+        error = fit[name].std_error or fit[name].limit
+        assert abs(further[name] - fit[name]) < 0.1 * error
