@@ -79,6 +79,21 @@ def spectral_slopes(model: Model, data: Data) -> tuple[list[tuple[int, str]], Ar
     return [name for name, _ in every], slopes / power[:, None]
 
 
+def fitted_freedom(solution: Solution, data: Data) -> float:
+    """Degrees of freedom that the fitted parameters take from the χ² of the groups of bins (ten per decade).
+
+    It is the sum over the groups of the variance of their expected power that the errors of the parameters cause, relative
+    to the variance of the measured power. A parameter of the whole spectrum takes up to one degree of freedom. A band much
+    narrower than a group takes at most one with all of its parameters.
+    """
+    _, slopes = spectral_slopes(solution.model, data)
+    weighted = solution.count[:, None] * slopes
+    total = np.maximum(np.add.reduceat(solution.count, data.bins.groups), 1e-300)
+    of_groups = np.add.reduceat(weighted, data.bins.groups) / np.sqrt(2.0 * total)[:, None]
+    covariance = scaled_inverse(0.5 * weighted.T @ slopes)
+    return float(np.einsum("gp,pq,gq", of_groups, covariance, of_groups))
+
+
 def _with_narrow_bands(
     names: list[tuple[int, str]], covariance: Array, solution: Solution, data: Data
 ) -> tuple[list[tuple[int, str]], Array]:

@@ -59,19 +59,6 @@ Laws = Mapping[Regressed, tuple[Mixture, list[str]]]
 Ranges = dict[str, Range]
 
 
-def free_parameters(solution: Solution) -> int:
-    """Number of fitted parameters of the spectrum: free coefficients and shapes of processes, and shapes of modifiers.
-
-    Processes with the coefficient 0 do not count.
-    """
-    count = 0
-    for own in solution.processes:
-        if own.theta > 0.0:
-            effect = own.effect
-            count += (effect.coefficient not in effect.held) + len(effect.free_shapes)
-    return count + sum(len(effect.free_shapes) for effect in solution.model.modifiers)
-
-
 def min_detected_delta_logl(effect: Effect, amplitudes: int = 1) -> float:
     """Rise of logL, nats, that an effect with this number of `amplitudes` must bring to a fit to count as detected."""
     if amplitudes > 1 or effect.free_shapes:

@@ -18,8 +18,8 @@ from allanite.common.parameters import Estimate
 from allanite.common.showing import html_list, html_table
 from allanite.effects.files import held_and_limits
 from allanite.fit import curve as _curve
-from allanite.fit.covariance import Correlations, correlations, degeneracies
-from allanite.fit.estimates import estimates, free_parameters
+from allanite.fit.covariance import Correlations, correlations, degeneracies, fitted_freedom
+from allanite.fit.estimates import estimates
 from allanite.fit.likelihood.data import Data, prepare
 from allanite.fit.likelihood.discrepancy import (
     expected_saturated_gain,
@@ -146,7 +146,7 @@ class Fit:
         ratio = np.add.reduceat(s.count * s.power / s.spectrum, groups) / total
         z = normal_scores(ratio, total, np.ones(total.size))
         chi2 = float(z @ z)
-        dof = max(1, int(np.count_nonzero(z)) - free_parameters(self.solution))
+        dof = max(1, round(np.count_nonzero(z) - fitted_freedom(s, self.data)))
         return Misfit(chi2, dof, float(chdtrc(dof, chi2)))
 
     @cached_property

@@ -74,6 +74,18 @@ def test_what_is_one_hump(one, other, same):
     assert is_same_feature(a, b, fit) == is_same_feature(b, a, fit) == same
 
 
+def test_many_narrow_bands_leave_the_chi2_of_a_true_model_as_large_as_expected():
+    # Each pair of bands lies in one tenth of a decade, so its six parameters take about two degrees of freedom.
+    bands = [(f, 5e-3, 0.01) for f in (1.1, 1.3, 3.1, 3.3, 6.0, 6.6)]
+    truth = "+".join(["N", *(f"RES(frequency={f},damping={d},rms={r})" for f, d, r in bands)])
+    makers = [lambda rng, b=b: g.resonance(rng, LENGTH, RATE, *b) for b in bands]
+    fits = [al.fit_model(_recording(seed, *makers), truth) for seed in range(12)]
+    excess = np.array([fit.misfit.chi2 - fit.misfit.dof for fit in fits])
+    # The standard error of the mean is √(2 · 38/12) = 2.5.
+    assert abs(excess.mean()) < 8.0
+    assert sum(fit.misfit.p_value < 0.05 for fit in fits) <= 4
+
+
 def test_what_a_discrepancy_describes_is_not_explained():
     recording = _recording(3, lambda rng: g.resonance(rng, LENGTH, RATE, 5.0, 0.03, 1.4e-2))
     without, with_it = (al.fit_model(recording, m) for m in ("N", "N+RES"))
