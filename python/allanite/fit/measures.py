@@ -80,6 +80,10 @@ class Discrepancy:
     percent: float
     interval: tuple[float, float]
 
+    def is_below(self, other: Discrepancy) -> bool:
+        """True if the whole interval lies below that of another discrepancy."""
+        return self.interval[1] < other.interval[0]
+
     def to_dict(self) -> dict[str, Any]:
         """Dict of percent and interval, for JSON (``discrepancy``)."""
         return fields_dict(self)

@@ -55,7 +55,7 @@ def no_error_rises(before: Fit, after: Fit) -> bool:
     other = after.data is not before.data and after.model.effects[-1].removes
     if other and after.model.effects[-1].when is None:
         return True  # outliers hide how wrong the model is, so the errors are not comparable
-    if after.discrepancy.interval[0] > before.discrepancy.interval[1]:
+    if before.discrepancy.is_below(after.discrepancy):
         return False
     old, new = before.curve, after.curve
     if old.rms_percent is None or new.rms_percent is None:
@@ -111,7 +111,7 @@ def refusal_reason(before: Fit, after: Fit, suggestion: Suggestion) -> str:
     risen = not suggestion.effect.changes_level and not no_error_rises(before, after)
     if risen or is_doubtful_event(before, after, suggestion):
         # Only the discrepancy is judged by its interval, so any other rise is one of the Allan error.
-        above = after.discrepancy.interval[0] > before.discrepancy.interval[1]
+        above = before.discrepancy.is_below(after.discrepancy)
         return "raises the discrepancy" if above else "raises the Allan error"
     if not has_known_time(after.solution.effects[-1], after.solution, after.data):
         return "has an uncertain time"

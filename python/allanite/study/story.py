@@ -10,11 +10,11 @@ import numpy as np
 
 from allanite.effects import Effect, Model
 from allanite.fit import refitted
-from allanite.fit.engine import solve
 from allanite.fit.rivals.evidence import evidence
 from allanite.study.judgement import (
     allan_error_rises,
     allan_error_within_scatter,
+    delta_logl,
     no_error_rises,
 )
 from allanite.study.ladder import Rung
@@ -31,21 +31,21 @@ def story(ladder: Sequence[Rung]) -> tuple[Rung, ...]:
     """Tuple of the steps (`Rung`) that users see: from the first model to the last, with effects added in a readable order.
 
     A direct search, without dropped effects and without rising errors, is returned unchanged. Otherwise the steps are
-    made anew. Exclusions come first. Then each step adds the effect that raises logL most, among those that do not raise
-    the Allan error. If all raise it, each step adds the effect that raises logL most and lets no error rise beyond its
-    scatter. Without such an effect, all remaining effects are added at once. Initial effects that the last model lacks
-    are dropped as soon as the evidence is not lower without them.
+    made anew. Exclusions come first. Then each step adds the best effect (`_by_gain`) that does not raise the Allan
+    error. If all raise it, each step adds the best effect that lets no error rise beyond its scatter. Without such an
+    effect, all remaining effects are added at once. Initial effects that the last model lacks are dropped as soon as the
+    evidence is not lower without them.
     """
     if _is_direct(ladder):
         return tuple(ladder)
     last = ladder[-1].fit
     kept, new, leaving = _kept_new_and_leaving(ladder)
-    found, gains = [ladder[0]], dict[Effect, float]()
+    found, gains = [ladder[0]], dict[Effect, tuple[bool, float]]()
     while new:
         before = found[-1].fit
         masks = [e for e in new if e.removes]
         tolerable: list[tuple[Effect, Fit, list[Effect]]] = []
-        for effect in masks[:1] or _by_delta_logl(before, [*kept, *leaving], new, gains):
+        for effect in masks[:1] or _by_gain(before, [*kept, *leaving], new, gains):
             fit, dropped = last, leaving
             if masks and len(new) > 1:
                 # A process of the first model may stand for an event that is added after the exclusions.
@@ -141,22 +141,24 @@ def _kept_new_and_leaving(
     return kept, new, [e for e in leaving if e.kind not in back]
 
 
-def _by_delta_logl(
-    before: Fit, others: list[Effect], new: list[Effect], gains: dict[Effect, float]
+def _by_gain(
+    before: Fit, others: list[Effect], new: list[Effect], gains: dict[Effect, tuple[bool, float]]
 ) -> Iterator[Effect]:
-    """Iterator over the effects `new`, sorted by falling ΔlogL of a model with the effects `others` and one of them.
+    """Iterator over the effects `new`, best first: by the gain of a model with the effects `others` and one of them.
 
-    `gains` holds the ΔlogL of each effect in an earlier step, and is updated. Only the effect with the highest of them is
-    evaluated again, because further effects seldom raise the ΔlogL of the others.
+    Effects that lower the model discrepancy come first, then those with the highest ΔlogL. `gains` holds both of each
+    effect in an earlier step, and is updated. Only the effect with the highest gain is evaluated again, because further
+    effects seldom raise the gain of the others.
     """
     left, known = list(new), set[Effect]()
     while left:
-        top = max(left, key=lambda effect: gains.get(effect, np.inf))
+        top = max(left, key=lambda effect: gains.get(effect, (True, np.inf)))
         if top in known:
             yield left.pop(left.index(top))
         else:
-            found = solve(before.data, Model((*others, top)), like=before.solution, polish=False)
-            gains[top] = found.log_likelihood - before.solution.log_likelihood
+            found = refitted(before, Model((*others, top)), polish=False)
+            lowers = found.discrepancy.is_below(before.discrepancy)
+            gains[top] = lowers, delta_logl(before, found)
             known.add(top)
 
 

@@ -52,8 +52,9 @@ def in_order(
     * all other effects, and a change of the level of all frequencies that is far ahead,
     * other exclusions and changes of level.
 
-    Within each group, the highest score comes first. `whitened` is the whitened record of `fit`, and `overdispersion`
-    that of the spectrum, 1 for a steady record.
+    Within each group, effects that lower the model discrepancy come first: as long as the whole spectrum is wrong, the
+    scores of events and lines are wrong, too. Then the highest score comes first. `whitened` is the whitened record of
+    `fit`, and `overdispersion` that of the spectrum, 1 for a steady record.
     """
     judged = list(found)
 
@@ -82,8 +83,8 @@ def in_order(
             and not explained_by_process(one, judged, fit, whitened_by)
         )
 
-    def key(one: Suggestion) -> tuple[bool, int, float]:
-        """Sort key (significant, class, score) of a suggestion; the highest key comes first.
+    def key(one: Suggestion) -> tuple[bool, int, bool, float]:
+        """Sort key (significant, class, lowers the discrepancy, score) of a suggestion; the highest key comes first.
 
         The classes are 4 for a segment to exclude, 3 for outliers that go first, 2, 1 and 0 for the other groups of
         `in_order`.
@@ -96,7 +97,8 @@ def in_order(
             white = isinstance(one.effect, Modifier) and one.effect.band is None
             waits = excludes_or_changes_level(one.effect)
             place = int(not waits or (white and is_far_ahead(one, judged) and is_alone(one)))
-        return one.significant, place, one.score
+        lowers = one.significant and one.found.discrepancy.is_below(fit.discrepancy)
+        return one.significant, place, lowers, one.score
 
     return _with_rivals(sorted(judged, key=key, reverse=True))
 

@@ -297,3 +297,14 @@ def test_a_step_of_the_phase_is_one_effect(seed):
     assert study.ladder[-1].changes == ("+ outliers or phase steps",)
     assert abs(np.mean(study.fit.model.effects[-1].times) - 9000.0) < 3.0
     assert not study.fit["N"].detected
+
+
+def test_a_spectrum_that_is_wrong_everywhere_is_repaired_before_an_event_is_named():
+    rng = np.random.default_rng([2, 77])
+    n = 20_000
+    x = np.diff(rng.standard_normal(n + 1)) + 0.005 * np.cumsum(rng.standard_normal(n))
+    x += 8.0 * np.exp(-np.arange(n) / 20.0)
+    fit = al.fit_model(al.Recording(x, rate=1.0, unit="rad/s"), "N+B+K")
+    found = {s.kind: s for s in fit.check().significant}
+    assert found["warm_up"].score > found["quantization"].score
+    assert next(iter(found)) == "quantization"
