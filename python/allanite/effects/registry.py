@@ -142,10 +142,10 @@ def find(name: str) -> type[Effect] | None:
     return CATALOG.find(name)
 
 
-def title_of(kind: str) -> str:
-    """Display name of a kind of effect; for unknown kinds the words of the kind itself."""
+def title_of(kind: str, sensor: str = "") -> str:
+    """Display name of a kind of effect for a kind of sensor; for unknown kinds the words of the kind itself."""
     effect = find(kind)
-    return kind.replace("_", " ") if effect is None else effect.title
+    return kind.replace("_", " ") if effect is None else effect.titles.get(sensor, effect.title)
 
 
 def register(effect: E) -> E:

@@ -71,8 +71,9 @@ class Rung:
         # An effect that left and came back with another one has not changed.
         back = Counter(self.removed) & Counter(e.kind for e in self.brought if not e.further)
         left = Counter(self.removed) - back - Counter(further)
+        sensor = self.fit.sensor
         removals = tuple(
-            f"− {title_of(kind)}" if count == 1 else f"− {count} × {title_of(kind)}"
+            f"− {title_of(kind, sensor)}" if count == 1 else f"− {count} × {title_of(kind, sensor)}"
             for kind, count in left.items()
         )
         additions = []
@@ -381,7 +382,9 @@ class Study:
             why: dict[str, str] = {}
             for s in self.check.significant:
                 why.setdefault(s.kind, refusal_reason(self.fit, s.found, s))
-            refusals = ", ".join(f"{title_of(kind)} {reason}" for kind, reason in why.items())
+            refusals = ", ".join(
+                f"{title_of(kind, self.fit.sensor)} {reason}" for kind, reason in why.items()
+            )
             refused = f" (significant, but refused: {refusals})" if refusals else ""
             return f"no further effect helps{refused}"
         steps = len(self.ladder) - 1

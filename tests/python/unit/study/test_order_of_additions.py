@@ -94,7 +94,7 @@ def test_what_left_and_came_back_is_where_it_was():
     rung = Rung(fit, flicker, ("rate_random_walk",), brought=(walk,))
     assert rung.changes == ("+ flicker FM",)
     rung = Rung(fit, walk, ("rate_random_walk",))
-    assert rung.changes == ("+ random-walk FM", "− rate random walk")
+    assert rung.changes == ("+ random-walk FM", "− random-walk FM")
 
 
 def _fit_with(error):
