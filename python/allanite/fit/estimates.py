@@ -114,7 +114,7 @@ def estimates(
             detected = _is_function_detected(own, slow[own][0] if own in slow else None)
             ranges = _function_ranges(solution, own, data)
             if own in slow:
-                ranges |= with_noise_uncertainty(own.effect, ranges, *slow[own])
+                ranges |= with_noise_uncertainty(own.effect, ranges, *slow[own], detected)
             ranges |= _ranges_over_gaps(own.effect, ranges, data)
         else:
             ranges = _modifier_ranges(own.effect, errors, data)
@@ -156,12 +156,17 @@ def _estimates_of(
 
 
 def with_noise_uncertainty(
-    effect: Deterministic, ranges: Ranges, law: Mixture, shapes: Sequence[str] = ()
+    effect: Deterministic,
+    ranges: Ranges,
+    law: Mixture,
+    shapes: Sequence[str] = (),
+    detected: bool = False,
 ) -> Ranges:
     """Dict of the ranges of the amplitudes and `shapes` of a slow effect that include the uncertainty of the noise.
 
     `law` is the distribution of the amplitudes, then of the changes of the shapes from their fitted values, averaged over
-    the noise coefficients. Values without an interval are omitted.
+    the noise coefficients. Values without an interval are omitted. With `detected`, the shapes of an amplitude whose
+    interval would include 0 are those of the fit: without the function they have no uncertainty.
     """
     out: Ranges = {}
     for place, name in enumerate((*_amplitude_names(effect), *shapes)):
@@ -171,6 +176,8 @@ def with_noise_uncertainty(
             )
         elif name in ranges:
             own, interval = ranges[name][1], law.interval(place)
+            if detected and _includes_0(interval):
+                interval = law.at_fitted_shapes(len(_amplitude_names(effect))).interval(place)
             if not interval[0] <= effect.values[name] <= interval[1]:
                 # Under equally likely noise another value is best; the interval includes both values.
                 interval = min(interval[0], own[0]), max(interval[1], own[1])
@@ -288,14 +295,19 @@ def _is_function_detected(own: Regressed, law: Mixture | None = None) -> bool:
     """True if the amplitudes of a known function of time are significantly different from 0.
 
     With the distribution `law` of its values under uncertain noise, the 99 % interval of a single amplitude must exclude 0.
+    Its shapes are then those of the fit: whether it exists does not depend on how well they are known.
     """
     inverse = np.linalg.pinv(own.covariance, hermitian=True)
     drop = 0.5 * float(own.amplitudes @ inverse @ own.amplitudes)
     detected = drop > min_detected_delta_logl(own.effect, own.amplitudes.size)
     if not detected or law is None or own.amplitudes.size > 1:
         return detected
-    low, high = law.interval(0, DETECTION_P)
-    return low > 0.0 or high < 0.0
+    return not _includes_0(law.at_fitted_shapes(1).interval(0, DETECTION_P))
+
+
+def _includes_0(interval: tuple[float, float]) -> bool:
+    """True if 0 lies in an interval (low, high)."""
+    return interval[0] <= 0.0 <= interval[1]
 
 
 def _is_number(value: Any) -> bool:

@@ -56,6 +56,14 @@ class Mixture:
         """`Mixture` of the amplitudes in the slice `own` alone (marginal distribution)."""
         return Mixture(self.means[:, own], self.covariances[:, own, own], self.weights)
 
+    def at_fitted_shapes(self, count: int) -> Mixture:
+        """`Mixture` of the first `count` amplitudes if the others (changes of shapes) are 0; same weights."""
+        between = self.covariances[:, :count, count:]
+        slopes = between @ np.linalg.pinv(self.covariances[:, count:, count:], hermitian=True)
+        means = self.means[:, :count] - np.einsum("dij,dj->di", slopes, self.means[:, count:])
+        fixed = self.covariances[:, :count, :count] - slopes @ between.transpose(0, 2, 1)
+        return Mixture(means, fixed, self.weights)
+
     def sample(self, count: int, rng: np.random.Generator) -> Array:
         """Array of random amplitudes from the mixture, shape (count, p)."""
         size = np.sqrt(np.maximum(self.variances, 1e-300))
