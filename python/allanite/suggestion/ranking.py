@@ -1,9 +1,11 @@
 """Ranking of suggestions by their score, `Suggestion.score`: the log evidence plus `prior` (`allanite.fit.rivals.score`).
 
 By the prior, a measured cause wins a tie: a logged column was measured, and a function of time with the same shape is a
-guess. Standard coefficients are in every data sheet; a power law or a refined form names no cause. Exclusions and changes
-of the noise level leave the spectrum as it is. They go behind what explains the spectrum, unless
-`allanite.suggestion.exclusions_first` decides that they go first.
+guess. Standard coefficients are in every data sheet; a power law or a refined form names no cause.
+
+Effects that lower the model discrepancy go before the others. Exclusions and changes of the noise level leave the
+spectrum as it is. They go behind what explains the spectrum, unless `allanite.suggestion.exclusions_first` decides that
+they go first.
 """
 
 from __future__ import annotations
