@@ -165,8 +165,9 @@ def with_noise_uncertainty(
     """Dict of the ranges of the amplitudes and `shapes` of a slow effect that include the uncertainty of the noise.
 
     `law` is the distribution of the amplitudes, then of the changes of the shapes from their fitted values, averaged over
-    the noise coefficients. Values without an interval are omitted. With `detected`, the shapes of an amplitude whose
-    interval would include 0 are those of the fit: without the function they have no uncertainty.
+    the noise coefficients. Values without an interval are omitted. If the 95 % interval of a detected amplitude includes 0,
+    it is computed with the shapes as fitted: without the function they have no uncertainty. An interval that misses the
+    fitted value is joined with that for the fitted noise.
     """
     out: Ranges = {}
     for place, name in enumerate((*_amplitude_names(effect), *shapes)):
@@ -294,7 +295,8 @@ def is_detected_in(solution: Solution, place: int, data: Data, slow: Callable[[]
 def _is_function_detected(own: Regressed, law: Mixture | None = None) -> bool:
     """True if the amplitudes of a known function of time are significantly different from 0.
 
-    With the distribution `law` of its values under uncertain noise, the 99 % interval of a single amplitude must exclude 0.
+    ΔlogL must exceed `min_detected_delta_logl`. With the distribution `law` of its values under uncertain noise, the 99 %
+    interval of a single amplitude must also exclude 0.
     Its shapes are then those of the fit: whether it exists does not depend on how well they are known.
     """
     inverse = np.linalg.pinv(own.covariance, hermitian=True)

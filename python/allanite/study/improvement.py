@@ -45,7 +45,7 @@ def improve(
     on_progress : callable, optional
         Called after each check with (number of models so far, maximum number of models).
     limit : int
-        Maximum number of steps after the first model.
+        Number of steps after the first model from which on no effect is added; replacements may follow.
     tolerance : float, optional
         % of the deviation. The search ends if the model discrepancy is below it.
     seconds : float, optional

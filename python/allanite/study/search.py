@@ -27,9 +27,9 @@ if TYPE_CHECKING:
 class Search:
     """State of one search: its steps, limits and last check.
 
-    `limit` is the maximum number of additions. The search ends below the model discrepancy `tolerance`, %, and at the time
-    `deadline` of the `clock`. `on_progress` is called with (steps done, maximum number of steps). `first_check` is that of
-    the first fit. `checked` is the number of steps that the last check covers.
+    `limit` is the number of steps from which on no effect is added. The search ends below the model discrepancy
+    `tolerance`, %, and at the time `deadline` of the `clock`. `on_progress` is called with (steps done, maximum number of
+    steps). `first_check` is that of the first fit. `checked` is the number of steps that the last check covers.
     """
 
     ladder: list[Rung]
@@ -90,7 +90,10 @@ class Search:
         return self.check
 
     def _stop_reason(self, check: Check) -> str | None:
-        """Reason to end the search after a check: "adequate", "within tolerance" or "limit"; None to continue."""
+        """Reason to add no further effect after a check: "adequate", "within tolerance" or "limit"; None to continue.
+
+        After "adequate" or "limit" the search ends only if `best_replacement` finds no step.
+        """
         if check.adequate:
             return "adequate"
         if self._is_within_tolerance(check.fit):

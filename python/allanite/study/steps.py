@@ -1,6 +1,6 @@
 """One step of the search: candidates by score, moves, judgement.
 
-The first significant suggestion that helps is added, with what it needs and without what it makes needless. If none helps,
+The first of `_candidates` that helps is added, with what it needs and without what it makes needless. If none helps,
 the first drop, replacement, split or merge that helps follows, in order of expected gain (`best_replacement`). The last
 resort is a suggestion that is not significant but makes a rejected fit adequate.
 """

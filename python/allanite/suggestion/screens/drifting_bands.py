@@ -138,7 +138,7 @@ def _moving_band(band: Stochastic, course: tuple[float, ...]) -> Stochastic | No
 
 
 def _moving_band_candidate(own: Process, solution: Solution, data: Data) -> Candidate | None:
-    """Refitted `Candidate` in which a moving band replaces the band `own`, and others within its range; or None."""
+    """Refitted `Candidate` in which a moving band replaces `own`, alone or with all bands in its range; or None."""
     width = _relative_half_width(own.effect)
     sections = _Sections(own, solution, data)
     # A wandering line is wide in each section, too; a moving band is narrower there.
