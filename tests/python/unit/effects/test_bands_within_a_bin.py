@@ -17,6 +17,7 @@ from allanite.fit.likelihood.data import prepare
 from allanite.fit.likelihood.expected import column_of, density
 from allanite.fit.likelihood.peaks import bins_near, is_narrow, means_near, ordinates_of_bins
 from allanite.fit.likelihood.whitened import whitened_ordinates
+from allanite.fit.measures import Discrepancy
 from allanite.fit.shapes.narrow import Window, ordinates_delta_logl
 from allanite.spectrum import bins_of
 from allanite.study.judgement import no_error_rises
@@ -236,7 +237,7 @@ def test_an_allan_error_beyond_its_scatter_rises_by_no_more_than_that(before, af
 
     def fit(error):
         return SimpleNamespace(
-            discrepancy=SimpleNamespace(percent=1.0, interval=(0.5, 2.0)),
+            discrepancy=Discrepancy(1.0, (0.5, 2.0)),
             data=None,
             curve=SimpleNamespace(
                 rms_percent=error, expected_scatter_percent=7.0, error_increase=lambda *_: 0.0
