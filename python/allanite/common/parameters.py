@@ -23,7 +23,8 @@ class Estimate(float):
     std_error : float, optional
         Standard error, in `unit`.
     interval : tuple of float, optional
-        95 % interval (low, high), in `unit`. If `detected` is false, it includes 0.
+        95 % interval (low, high), in `unit`. If `detected` is false for a coefficient, it includes 0, unless limits of the
+        user forbid it.
     unit : str
         Unit, e.g. ``"deg/s·s^½"``.
     detected : bool

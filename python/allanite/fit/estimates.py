@@ -18,7 +18,7 @@ from allanite.fit.likelihood.heavy import widened_by_tails
 from allanite.fit.likelihood.peaks import is_fitted_to_ordinates
 from allanite.fit.likelihood.random_part import RandomPart
 from allanite.fit.likelihood.whittle import Maximum, loss_at_zero, profile_interval
-from allanite.fit.marginal import Mixture, slow_values
+from allanite.fit.marginal import Mixture, slow_amplitudes, slow_values
 from allanite.fit.shapes.deterministic import design_of, shape_slope
 from allanite.fit.shapes.matched import FILTER_ORDINATES, matched_gains
 from allanite.fit.shapes.narrow import ordinates_delta_logl
@@ -53,8 +53,8 @@ MIN_HIDDEN_FRACTION = 0.9
 
 #: Standard error of a value, None if unknown, and its 95 % interval.
 Range = tuple[float | None, tuple[float, float]]
-#: Distributions of the values of slow functions, from `slow_values`.
-Laws = Mapping[Regressed, tuple[Mixture, list[str]]]
+#: Distributions of the amplitudes of slow functions with shapes as fitted, from `slow_amplitudes`.
+Laws = Mapping[Regressed, Mixture]
 #: Ranges of the values of an effect by parameter name.
 Ranges = dict[str, Range]
 
@@ -101,20 +101,23 @@ def estimates(
         joint.setdefault(place, {})[name] = error
     places = range(len(solution.effects)) if places is None else places
     wanted = [solution.effects[place] for place in places]
-    slow: Laws = {}
+    slow: dict[Regressed, tuple[Mixture, list[str]]] = {}
+    laws: Laws = {}
     known = (own.effect for own in wanted if isinstance(own, Regressed))
     if any(e.low and not set(_amplitude_names(e)) <= set(e.held) for e in known):
-        slow = slow_values(solution, data)
+        slow, laws = slow_values(solution, data), slow_amplitudes(solution, data)
     out = []
     for place, own in zip(places, wanted, strict=True):
         errors, detected = joint.get(place, {}), True
         if isinstance(own, Process):
             detected, ranges = _process_ranges(solution, own, errors, data)
         elif isinstance(own, Regressed):
-            detected = _is_function_detected(own, slow[own][0] if own in slow else None)
+            detected = _is_function_detected(own, laws.get(own))
             ranges = _function_ranges(solution, own, data)
             if own in slow:
-                ranges |= with_noise_uncertainty(own.effect, ranges, *slow[own], detected)
+                ranges |= with_noise_uncertainty(own.effect, ranges, *slow[own])
+                if detected and own.amplitudes.size == 1:
+                    ranges |= _without_0(own.effect, ranges, laws[own])
             ranges |= _ranges_over_gaps(own.effect, ranges, data)
         else:
             ranges = _modifier_ranges(own.effect, errors, data)
@@ -133,7 +136,7 @@ def _estimates_of(
 
     Held values count as detected, and have no standard error and no interval. If the effect is not `detected`, its shapes,
     times and all values in Hz, s or rad have none either: the frequency of a line that does not exist has no true value.
-    Its coefficients have intervals that include 0. Intervals are clipped to the limits that the user gave.
+    Its coefficients have intervals that include 0. Last, intervals are clipped to the limits that the user gave.
     """
     out: dict[str, Any] = {}
     for parameter in effect.parameters:
@@ -156,18 +159,13 @@ def _estimates_of(
 
 
 def with_noise_uncertainty(
-    effect: Deterministic,
-    ranges: Ranges,
-    law: Mixture,
-    shapes: Sequence[str] = (),
-    detected: bool = False,
+    effect: Deterministic, ranges: Ranges, law: Mixture, shapes: Sequence[str] = ()
 ) -> Ranges:
     """Dict of the ranges of the amplitudes and `shapes` of a slow effect that include the uncertainty of the noise.
 
     `law` is the distribution of the amplitudes, then of the changes of the shapes from their fitted values, averaged over
-    the noise coefficients. Values without an interval are omitted. If the 95 % interval of a detected amplitude includes 0,
-    it is computed with the shapes as fitted: without the function they have no uncertainty. An interval that misses the
-    fitted value is joined with that for the fitted noise.
+    the noise coefficients. Values without an interval are omitted. An interval that misses the fitted value is joined with
+    that for the fitted noise.
     """
     out: Ranges = {}
     for place, name in enumerate((*_amplitude_names(effect), *shapes)):
@@ -177,13 +175,25 @@ def with_noise_uncertainty(
             )
         elif name in ranges:
             own, interval = ranges[name][1], law.interval(place)
-            if detected and _includes_0(interval):
-                interval = law.at_fitted_shapes(len(_amplitude_names(effect))).interval(place)
             if not interval[0] <= effect.values[name] <= interval[1]:
                 # Under equally likely noise another value is best; the interval includes both values.
                 interval = min(interval[0], own[0]), max(interval[1], own[1])
             out[name] = law.standard_error(place), interval
     return out
+
+
+def _without_0(effect: Deterministic, ranges: Ranges, law: Mixture) -> Ranges:
+    """Dict of the range of the single amplitude of a detected slow effect, which does not include 0; empty without one.
+
+    If it includes 0, the end beyond 0 becomes that of `law`, the distribution with the shapes as fitted. The other end
+    stays: poorly known shapes leave open how large the amplitude is, but not whether it exists.
+    """
+    name = _amplitude_names(effect)[0]
+    if name not in ranges or not _includes_0(ranges[name][1]):
+        return {}
+    error, (low, high) = ranges[name]
+    least, most = law.interval(0)
+    return {name: (error, (least, max(high, most)) if least > 0.0 else (min(low, least), most))}
 
 
 def _amplitude_names(effect: Deterministic) -> list[str]:
@@ -271,7 +281,7 @@ def is_detected_in(solution: Solution, place: int, data: Data, slow: Callable[[]
     """True if the coefficients of the effect at index `place` are significantly different from 0, or not single numbers.
 
     Held values and modifiers count as detected, too, as in `estimates`, whose intervals take much longer. `slow` returns
-    `slow_values` of the solution.
+    `slow_amplitudes` of the solution.
     """
     own = solution.effects[place]
     effect = own.effect
@@ -288,7 +298,7 @@ def is_detected_in(solution: Solution, place: int, data: Data, slow: Callable[[]
         return True
     # The noise takes most of the time, so it comes last.
     return _is_function_detected(own) and (
-        not own.effect.low or _is_function_detected(own, slow()[own][0])
+        not own.effect.low or _is_function_detected(own, slow()[own])
     )
 
 
@@ -304,7 +314,7 @@ def _is_function_detected(own: Regressed, law: Mixture | None = None) -> bool:
     detected = drop > min_detected_delta_logl(own.effect, own.amplitudes.size)
     if not detected or law is None or own.amplitudes.size > 1:
         return detected
-    return not _includes_0(law.at_fitted_shapes(1).interval(0, DETECTION_P))
+    return not _includes_0(law.interval(0, DETECTION_P))
 
 
 def _includes_0(interval: tuple[float, float]) -> bool:

@@ -196,16 +196,16 @@ def _with_followed_column(model: Model, columns: list[str]) -> Model:
     return type(model)(tuple(follow))
 
 
-def refitted(fit: Fit, model: Model, polish: bool = True) -> Fit:
+def refitted(fit: Fit, model: Model) -> Fit:
     """`Fit` of another model to the recording of `fit` by Whittle likelihood, whatever the method of `fit`.
 
-    Without `polish`, shapes that have a value are not optimized. If both models exclude the same samples, the prepared data
-    of `fit` are reused, with the draws for missing samples. Both likelihoods then refer to the same data.
+    If both models exclude the same samples, the prepared data of `fit` are reused, with the draws for missing samples. Both
+    likelihoods then refer to the same data.
     """
     if [e for e in model if e.removes] != [e for e in fit.model if e.removes]:
         return _fit(fit.recording, model)
     _check_values(model, fit.recording.n, fit.recording.rate)
-    solution = solve(fit.data, model, like=fit.solution, polish=polish)
+    solution = solve(fit.data, model, like=fit.solution)
     return Fit(fit.recording, solution.model, "whittle", fit.data, solution)
 
 

@@ -56,14 +56,6 @@ class Mixture:
         """`Mixture` of the amplitudes in the slice `own` alone (marginal distribution)."""
         return Mixture(self.means[:, own], self.covariances[:, own, own], self.weights)
 
-    def at_fitted_shapes(self, count: int) -> Mixture:
-        """`Mixture` of the first `count` amplitudes if the others (changes of shapes) are 0; same weights."""
-        between = self.covariances[:, :count, count:]
-        slopes = between @ np.linalg.pinv(self.covariances[:, count:, count:], hermitian=True)
-        means = self.means[:, :count] - np.einsum("dij,dj->di", slopes, self.means[:, count:])
-        fixed = self.covariances[:, :count, :count] - slopes @ between.transpose(0, 2, 1)
-        return Mixture(means, fixed, self.weights)
-
     def sample(self, count: int, rng: np.random.Generator) -> Array:
         """Array of random amplitudes from the mixture, shape (count, p)."""
         size = np.sqrt(np.maximum(self.variances, 1e-300))
@@ -133,6 +125,18 @@ class _Record:
         value -= 0.5 * ((np.log(bins) + self.power / bins) @ self.count)
         value -= 0.5 * np.linalg.slogdet(normal)[1]
         return means, covariance, value
+
+
+def slow_amplitudes(solution: Solution, data: Data) -> dict[Regressed, Mixture]:
+    """Dict from each slow fitted function to the `Mixture` of its amplitudes, with all shapes as fitted.
+
+    There must be at least one. Lines and other fast functions are excluded, as in `slow_values`.
+    """
+    slow = [own for own in solution.functions if own.effect.low]
+    law = joint_amplitudes(slow, solution, data)
+    ends = np.cumsum([0, *(own.amplitudes.size for own in slow)])
+    parts = zip(slow, ends[:-1], ends[1:], strict=True)
+    return {own: law.marginal(slice(first, last)) for own, first, last in parts}
 
 
 def slow_values(solution: Solution, data: Data) -> dict[Regressed, tuple[Mixture, list[str]]]:

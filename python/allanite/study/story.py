@@ -10,6 +10,7 @@ import numpy as np
 
 from allanite.effects import Effect, Model
 from allanite.fit import refitted
+from allanite.fit.engine import solve
 from allanite.fit.rivals.evidence import evidence
 from allanite.study.judgement import (
     allan_error_rises,
@@ -156,7 +157,8 @@ def _by_gain(
         if top in known:
             yield left.pop(left.index(top))
         else:
-            found = refitted(before, Model((*others, top)), polish=False)
+            solution = solve(before.data, Model((*others, top)), like=before.solution, polish=False)
+            found = replace(before, model=solution.model, solution=solution)
             lowers = found.discrepancy.is_below(before.discrepancy)
             gains[top] = lowers, delta_logl(before, found)
             known.add(top)

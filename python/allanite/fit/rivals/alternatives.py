@@ -13,7 +13,7 @@ from allanite.fit.engine import solve, with_coefficients
 from allanite.fit.estimates import Laws, is_detected_in, min_detected_delta_logl
 from allanite.fit.kept import kept_with_fit
 from allanite.fit.likelihood.random_part import RandomPart
-from allanite.fit.marginal import slow_values
+from allanite.fit.marginal import slow_amplitudes
 from allanite.fit.models import without_effect
 from allanite.fit.rivals.columns import follow_columns_consistently
 from allanite.fit.rivals.evidence import MAX_RIVAL_LOG_EVIDENCE, evidence_gain
@@ -175,8 +175,8 @@ def best_of_kinds(scans: Iterable[Scan]) -> dict[str, tuple[float, Deterministic
 
 @kept_with_fit
 def _slow_laws(fit: Fit) -> Laws:
-    """Dict of the distributions of the values of the slow functions of time (`slow_values`); kept with the fit."""
-    return slow_values(fit.solution, fit.data)
+    """Dict of the distributions of the amplitudes of slow functions of time (`slow_amplitudes`); kept with the fit."""
+    return slow_amplitudes(fit.solution, fit.data)
 
 
 @kept_with_fit

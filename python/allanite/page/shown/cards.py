@@ -336,18 +336,17 @@ def _ranges_of_action(fit: Fit, s: Suggestion) -> dict[str, list[float] | None]:
 def step_rows(steps: tuple[Step, ...]) -> list[dict[str, Any]]:
     """Dicts of `step_row` for the steps of the model building, with ``left`` and ``left_text``.
 
-    ``left`` is the unexplained misfit in % of the largest one, usually that of the first step.
+    ``left`` is the unexplained misfit in % of the largest one, usually that of the first step; 0 for an adequate model.
     """
     left = misfit_left([s.rung for s in steps]) if steps else ()
+    left = tuple(
+        0.0 if s.study is not None and s.study.adequate else share
+        for s, share in zip(steps, left, strict=True)
+    )
     return [
-        {**step_row(s), "left": share, "left_text": _unexplained_text(s, share)}
+        {**step_row(s), "left": share, "left_text": _percent_text(share)}
         for s, share in zip(steps, left, strict=True)
     ]
-
-
-def _unexplained_text(step: Step, share: float) -> str:
-    """Text of the unexplained misfit `share`, which is in %: ``12 %``. Always ``0 %`` for an adequate model."""
-    return "0 %" if step.study is not None and step.study.adequate else _percent_text(share)
 
 
 def step_row(step: Step) -> dict[str, Any]:

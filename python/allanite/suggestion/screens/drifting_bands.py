@@ -93,7 +93,15 @@ def look(context: Context) -> tuple[Candidate, ...]:
             continue
         assert missing.solution is not None
         moving = screen_drifting_bands([band], missing.solution, data)
-        found += [replace(one, gain=missing.gain + one.gain, note="") for one in moving]
+        found += [
+            replace(
+                one,
+                gain=missing.gain + one.gain,
+                parameters=missing.parameters + one.parameters,
+                note="",
+            )
+            for one in moving
+        ]
     return tuple(found)
 
 

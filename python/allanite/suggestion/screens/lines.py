@@ -45,6 +45,11 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 #: Number of ordinates on each side of a line in which its width is measured.
 WIDTH_ORDINATES = 256
+#: Number of ordinates on each side of a line, beside its side lobes, that belong to the line.
+#: Chosen by judgment; not measured.
+LINE_HALF_WIDTH = 8
+#: Largest distance of a tooth of a comb from its place, in ordinates. Chosen by judgment; not measured.
+TOOTH_TOLERANCE = 2
 #: Median of χ²₁, the distribution of squared ordinates of white noise over their variance.
 MEDIAN_CHI2_1 = 0.4549
 
@@ -122,10 +127,10 @@ def look(context: Context) -> tuple[Candidate, ...]:
             together = _line_set(places, ratio) if alone else None
         if together is not None:
             (base, multiples), width, surplus = together, 0, 0.0
-            reaches = [(round(m * base), 8) for m in multiples]
+            reaches = [(round(m * base), LINE_HALF_WIDTH) for m in multiples]
         else:
-            reaches = [(round(m * base), round(m * (8 + width))) for m in multiples]
-            reaches.append((top, 8 + width))
+            reaches = [(round(m * base), round(m * (LINE_HALF_WIDTH + width))) for m in multiples]
+            reaches.append((top, LINE_HALF_WIDTH + width))
         for place, reach in reaches:
             _remove_line(ratio, place, reach)
         start = base * data.rate / (2.0 * data.n)
@@ -224,7 +229,7 @@ def _line_indices(ratio: NDArray[np.float64], data: Data) -> list[int]:
         if left[top] <= MIN_LINE_PEAK or above < MIN_SCREEN_GAIN:
             break
         found.append(top)
-        _remove_line(left, top, 8)
+        _remove_line(left, top, LINE_HALF_WIDTH)
     return found
 
 
@@ -260,7 +265,10 @@ def evenly_spaced(
             if peaks.size < 3:
                 break
             start, step = _straight_line(order, peaks)
-        if peaks.size < MIN_SPACED_LINES or abs(start / step - round(start / step)) * step <= 2.0:
+        if (
+            peaks.size < MIN_SPACED_LINES
+            or abs(start / step - round(start / step)) * step <= TOOTH_TOLERANCE
+        ):
             no_comb.add((a, b))
             continue
         stands_out = np.zeros(int(np.ptp(order)) + 1)
@@ -292,8 +300,8 @@ def _both_sides(lines: Array, step: float, ratio: Array, stands_out_at: NDArray[
     `step`. At least 60 % of the images up to the highest line must stand out.
     """
     offset = lines[0] % step
-    # A comb in the middle between the multiples is its own image.
-    if abs(2.0 * offset / step - round(2.0 * offset / step)) * step <= 2.0:
+    # Images so close to the lines are the lines themselves, or their leakage.
+    if abs(2.0 * offset / step - round(2.0 * offset / step)) * step <= 2 * LINE_HALF_WIDTH:
         return lines
     order, peaks = _teeth(ratio, stands_out_at, -offset, step, ratio.size)
     inside = peaks < lines[-1] + step
@@ -304,7 +312,7 @@ def _both_sides(lines: Array, step: float, ratio: Array, stands_out_at: NDArray[
     start, own_step = _straight_line(order, peaks)
     images = start + order * own_step
     # Another comb has other places.
-    is_image = np.abs(images - (order * step - offset)).max() <= 2.0
+    is_image = np.abs(images - (order * step - offset)).max() <= TOOTH_TOLERANCE
     return np.sort(np.append(lines, images)) if is_image else lines
 
 
@@ -326,8 +334,8 @@ def _teeth(
     order, center = order[inside], center[inside]
     there = stands_out_at[center]
     order, center = order[there], center[there]
-    near = ratio[center[:, None] + np.arange(-2, 3)]
-    return order, _maxima(ratio, center + near.argmax(axis=1) - 2)
+    near = ratio[center[:, None] + np.arange(-TOOTH_TOLERANCE, TOOTH_TOLERANCE + 1)]
+    return order, _maxima(ratio, center + near.argmax(axis=1) - TOOTH_TOLERANCE)
 
 
 def _line_set(places: list[int], ratio: NDArray[np.float64]) -> tuple[float, list[float]]:

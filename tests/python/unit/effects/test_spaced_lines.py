@@ -151,3 +151,17 @@ def test_combs_on_several_carriers_are_combs():
     found = sorted(e.frequency for e in study.fit.model if e.kind == "sinusoid")
     assert found == pytest.approx(sorted(start for start, _, _ in combs), abs=1e-3)
     assert sorted(len(e.lines) for e in study.fit.model if e.kind == "sinusoid") == [12, 13, 14]
+
+
+@pytest.mark.parametrize("apart", [3.4, 4.3, 6.0, 8.0])
+def test_leakage_of_strong_lines_is_no_second_comb(apart):
+    """A mirror image of each line about a multiple of the spacing would lie `apart` ordinates from it."""
+    n = 40_000
+    x = np.random.default_rng(1).standard_normal(n)
+    for k in range(10):
+        half_cycles = 850 + apart / 2 + 1700 * k
+        x += 0.3 * np.sin(np.pi * half_cycles * np.arange(n) / n + k)
+    check = al.fit_model(al.Recording(x, 1.0, unit="deg/s"), "N").check()
+    comb = check.significant[0].effect
+    assert comb.kind == "sinusoid"
+    assert len(comb.lines) == 10

@@ -83,3 +83,29 @@ def test_the_interval_of_a_drift_does_not_depend_on_the_unit():
     one, other = (al.fit_model(r, "Q+N+K+R")["R"].interval for r in (clock, scaled))
     assert np.allclose(np.multiply(one, 1e12), other, rtol=1e-3)
     assert 0.0 < one[0] < 2e-16 < one[1]
+
+
+@pytest.mark.parametrize("time_constant", [300.0, 1e6, 1e9])
+def test_a_drift_exists_even_if_its_shape_is_unknown(time_constant):
+    """The amplitude of a warm-up much longer than the record is not known, but its sign is."""
+    rng = np.random.default_rng(1)
+    x = rng.standard_normal(4000) + 5e-3 * np.arange(4000)
+    fit = al.fit_model(al.Recording(x, rate=1, unit="deg/s"), f"N+WARM(T={time_constant})")
+    amplitude = fit.estimates[-1]["amplitude"]
+    low, high = amplitude.interval
+    assert amplitude.detected
+    assert low <= amplitude <= high < 0.0
+
+
+def test_two_functions_of_time_that_overlap_are_both_detected_if_both_are_needed():
+    rng = np.random.default_rng(2)
+    t = np.arange(6000.0)
+    x = rng.standard_normal(6000) + 10.0 * np.exp(-t / 60.0) + 5.0 * np.clip((t - 60) / 120, 0, 1)
+    record = al.Recording(x, rate=1, unit="deg/s")
+    fit = al.fit_model(record, "N+WARM(T=60)+RISE(begin=60, end=180)")
+    without = al.fit_model(record, "N+WARM(T=60)")
+    assert fit.solution.log_likelihood - without.solution.log_likelihood > 20.0
+    for effect, name in ((1, "amplitude"), (2, "height")):
+        found = fit.estimates[effect][name]
+        assert found.detected
+        assert found.interval[0] > 0.0

@@ -116,3 +116,14 @@ def test_a_step_that_raises_the_allan_error_is_joined_with_another(errors, shown
     assert [rung.risen_since(before) for before, rung in pairs] == [
         9.0 * len(rung.new) for rung in found[1:]
     ]
+
+
+@pytest.mark.parametrize("sigma", [0.0, 0.02])
+def test_an_adequate_model_leaves_nothing_unexplained(sigma):
+    rng = np.random.default_rng(4)
+    x = g.white(rng, 6000, RATE, 0.05) + g.gauss_markov(rng, 6000, RATE, sigma, 5.0)
+    study = al.improve(al.Recording(x, RATE, unit="deg/s"), "N")
+    assert study.adequate
+    assert len(study.ladder) == 1 + (sigma > 0.0)
+    assert study.misfit_left[-1] == 0.0
+    assert study.to_dict()["ladder"][-1]["error"]["misfit_left_percent"] == 0.0
