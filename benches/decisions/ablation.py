@@ -256,7 +256,7 @@ def traced(noted: set[str]) -> Iterator[None]:
             stack.enter_context(_switched(name, watched(name, function, acted)))
         for name, value in CONSTANTS.items():
             if isinstance(value, float):
-                new = Traced.of(name, (value, 0.5 * value, 2.0 * value), noted)
+                new = Traced.of(name, (value, *_half_and_twice(name)), noted)
                 stack.enter_context(replaced(name, value, new))
         yield
 
@@ -268,9 +268,16 @@ def _changed(name: str) -> list[tuple[str, Any]]:
     value = CONSTANTS[name]
     kind = type(value)
     return [
-        (label, replaced(name, value, kind(factor * value)))
-        for label, factor in (("half", 0.5), ("twice", 2.0))
+        (label, replaced(name, value, kind(new)))
+        for label, new in zip(("half", "twice"), _half_and_twice(name), strict=True)
     ]
+
+
+def _half_and_twice(name: str) -> tuple[float, float]:
+    """Return half and twice the value of a constant; a fraction is at most 1."""
+    value = CONSTANTS[name]
+    twice = 2.0 * value
+    return 0.5 * value, min(twice, 1.0) if name.endswith("_FRACTION") else twice
 
 
 def measure(result: Path, parts: list[str], folder: Path | None, only: list[str] | None) -> None:
