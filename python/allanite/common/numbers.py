@@ -80,9 +80,10 @@ def numbers_text(values: Iterable[float], *, times: bool) -> str:
 #: Maximum deviation of the distances of evenly spaced lines from multiples of the smallest one. Chosen by judgment; not
 #: measured.
 MAX_STEP_ERROR = 0.1
-#: The same for lines on both sides of multiples: 2 in 1000 random sets of five lines are taken for some, 1 in 8000 of six.
+#: The same for lines on both sides of multiples. Chosen by judgment: about 2 in 1000 random sets of five lines meet it by
+#: chance (tests/python/unit/effects/test_spaced_lines.py).
 MAX_SIDE_ERROR = 0.02
-#: Fewest lines on both sides of multiples of a spacing. Random sets of fewer lines are often taken for some.
+#: Fewest lines on both sides of multiples of a spacing. Chosen by judgment; not measured.
 MIN_SIDE_LINES = 5
 #: Most harmonics of a line that are listed one by one. Chosen by judgment; not measured.
 MAX_LISTED_HARMONICS = 12

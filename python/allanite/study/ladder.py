@@ -246,7 +246,7 @@ class Study:
     def misfit_left(self) -> tuple[float, ...]:
         """Tuple with the unexplained misfit of each step, in % of the largest of all steps (usually the first).
 
-        The last is 0 if the last model is adequate: what is left is then within its scatter.
+        The last value is 0 if the last model is adequate: its remaining misfit is chance.
         """
         left = misfit_left(self.ladder)
         return (*left[:-1], 0.0) if self.adequate else left

@@ -178,7 +178,7 @@ def design_of(
 
 
 def _design_of_lines(effect: Deterministic, data: Data) -> Design:
-    """`Design` of a comb; each line counts as 0 beyond its own window, as beside the lines of other effects."""
+    """`Design` of a comb; each line is set to 0 at ordinates outside its own window."""
     frequencies = [m * (effect.base_frequency or 0.0) for m, _, _ in effect.lines]
     windows = [ordinates_near(f, data) for f in frequencies]
     at = union(windows)

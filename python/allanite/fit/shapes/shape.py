@@ -55,7 +55,8 @@ MAX_OPTIMIZED_LINES = 12
 #: Number of lines of a comb above which each line is evaluated separately, if they do not overlap.
 #: Chosen by judgment; not measured.
 MAX_JOINT_LINES = 3
-#: Maximum number of parabolas through three ΔlogL whose vertices lead to the frequency of a line; 2 or 3 suffice.
+#: Maximum number of parabolas through three ΔlogL whose vertices lead to the frequency of a line.
+#: Chosen by judgment; not measured.
 MAX_PARABOLAS = 20
 #: Tolerance of a shape of a slow function, as a fraction of the distance between its neighbors on the grid.
 #: Chosen by judgment; not measured.

@@ -45,7 +45,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 #: Number of ordinates on each side of a line in which its width is measured.
 WIDTH_ORDINATES = 256
-#: Number of ordinates on each side of a line, beside its side lobes, that belong to the line.
+#: Half-width of a line in ordinates. Values so close to its peak are removed together with it, and so are its side lobes.
 #: Chosen by judgment; not measured.
 LINE_HALF_WIDTH = 8
 #: Largest distance of a tooth of a comb from its place, in ordinates. Chosen by judgment; not measured.

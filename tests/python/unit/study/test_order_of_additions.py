@@ -286,7 +286,7 @@ def test_an_effect_that_replaces_another_ends_no_series_of_additions(seed):
 
 @pytest.mark.parametrize("seed", [0, 1])
 def test_a_step_of_the_phase_is_one_effect(seed):
-    """An offset jumps by ten times its noise: samples of the frequency to exclude, and no hump beside them."""
+    """The phase of a clock jumps by ten times its noise. Only the samples at the jump are excluded; no hump is added."""
     rng = np.random.default_rng(seed)
     phase = 40e-9 * rng.standard_normal(20_000) + 1e-10 * np.cumsum(rng.standard_normal(20_000))
     phase[9000:] += 4e-7
