@@ -61,7 +61,7 @@ class Quantization(Stochastic):
         looks_like="a slope of −1 at the shortest τ (modified deviation: −3/2); a density that rises as f²",
         check_by="compare √12·Q with the resolution of the counter; measure the clock with another counter",
     )
-    rivals = ("power_law",)
+    rivals = ("power_law", "bias_instability")
 
     def unit_terms(self, rate: float) -> tuple[Term, ...]:
         """Tuple with one term: first differences of white angle errors of variance 1, divided by the sampling interval."""
