@@ -8,6 +8,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from allanite import _kernels
 from allanite.common.documents import fields_dict, jsonable
@@ -29,6 +30,7 @@ from allanite.effects import (
 )
 from allanite.effects.files import model_to_dict
 from allanite.effects.sheet_units import sheet_unit
+from allanite.fit.likelihood.whitened import MAX_TIME_RESOLUTION_RATIO, MIN_WHITE_SHARE
 from allanite.fit.rivals.evidence import parameters_cost
 from allanite.fit.rivals.score import prior
 from allanite.fit.solution import Fitted, Regressed
@@ -270,7 +272,8 @@ class Detection:
     """Prediction of the test that `check` makes for an effect.
 
     `law` is the distribution of ΔlogL relative to the model without the effect. `tested` is that of the ΔlogL that the
-    test uses. For a slow function of time it is relative to the best model that may have one more wandering process.
+    test uses. For a slow function of time it is relative to the best model that may have one more wandering process; for a
+    change of level it is that of a search on a grid of times.
     `needed` is the smallest tested ΔlogL, nats, with a p-value below 1 %, corrected for all searches. `paying` is the
     smallest ΔlogL, nats, with which the effect explains more than its parameters cost. For a change of level, `paying`
     is −∞.
@@ -299,7 +302,7 @@ def predicted_detection(base: Model, effect: Effect, data: Data, grid: Data) -> 
     """
     noise = _expected.random_part(base)
     if isinstance(effect, Modifier) and effect.changes_level:
-        law = tested = _level_change_law(noise, effect, data)
+        law, tested = _level_change_laws(noise, effect, data)
         null = _expected.best_fit(noise, _expected.expected_power(noise, data), data)
     else:
         signal = np.zeros(data.bins.count.size)
@@ -375,8 +378,13 @@ def _with_wandering_process(noise: Model) -> list[Model]:
     ]
 
 
-def _level_change_law(noise: Model, effect: Modifier, data: Data) -> DeltaLoglLaw:
-    """Distribution of ΔlogL of two white-noise levels relative to one level, over the bins that white noise dominates.
+def _level_change_laws(
+    noise: Model, effect: Modifier, data: Data
+) -> tuple[DeltaLoglLaw, DeltaLoglLaw]:
+    """Distributions of ΔlogL of two white-noise levels relative to one level: that of the fit and that of the test.
+
+    Both are over the bins that white noise dominates; the test uses only those of the highest octaves (`white_power`). The
+    fit adjusts both times; the test searches them on a grid, which gains nothing.
 
     Raises `InputError` if the model has no white noise.
     """
@@ -384,11 +392,19 @@ def _level_change_law(noise: Model, effect: Modifier, data: Data) -> DeltaLoglLa
         raise InputError(f"{effect.kind}: the model has no white noise whose level could change")
     white = Model((noise.white,))
     part: Array = _expected.expected_power(white, data) / _expected.expected_power(noise, data)
-    seen = part > 0.5
-    total = float(data.bins.count[seen].sum())
-    share = float((data.bins.count * part)[seen].sum()) / max(total, 1.0)
     start, end = effect.when or data.span
     inside = max(0.0, min(end, data.duration) - max(start, 0.0)) / data.duration
-    ratio = np.array([1.0 + share * (float(effect.mean_power(start, end)) - 1.0), 1.0])
-    weight = np.array([inside, 1.0 - inside])
-    return DeltaLoglLaw(total * weight, ratio / (weight @ ratio), np.zeros(2), np.zeros((2, 0)), 3)
+    change = float(effect.mean_power(start, end)) - 1.0
+    top, seen = data.bins.edges[1:], part > MIN_WHITE_SHARE
+
+    def law(used: NDArray[np.bool_], fitted: int) -> DeltaLoglLaw:
+        """Distribution if the bins `used`, a mask, count, and `fitted` parameters are adjusted."""
+        total = float(data.bins.count[used].sum())
+        share = float((data.bins.count * part)[used].sum()) / max(total, 1.0)
+        ratio = np.array([1.0 + share * change, 1.0])
+        weight = np.array([inside, 1.0 - inside])
+        count, relative = total * weight, ratio / (weight @ ratio)
+        return DeltaLoglLaw(count, relative, np.zeros(2), np.zeros((2, 0)), fitted)
+
+    lowest = top[seen].max(initial=0) / (2 * MAX_TIME_RESOLUTION_RATIO)
+    return law(seen, 3), law(seen & (top > lowest), 1)

@@ -136,6 +136,12 @@ def fit_replacement(
         solution = solve(data, model, start=found, like=base, rounds=3, polish=False)
         own = solution.model
         return solution if own.effects[-1].shows(own, data.rate, data.duration) else None
+    if issubclass(cls, Deterministic) and len({*cls.interval}) == 2:
+        # Effects with a begin and an end; a high-pass leaves no slow functions.
+        if not slow_families(base.model, data.covariates):
+            return None
+        solution = solve(data, base.model + cls(), like=base, settled=len(base.model), rounds=4)
+        return solution if solution.log_likelihood > min_log_likelihood else None
     if issubclass(cls, Deterministic) and cls.low:
         best = best_of_kinds(slow_scans(base, data, lambda b: isinstance(b, cls))).get(cls.kind)
         if best is None or base.log_likelihood + best[0] < min_log_likelihood:

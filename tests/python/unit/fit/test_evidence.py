@@ -175,3 +175,23 @@ def test_a_lag_stands_for_two_processes_of_which_neither_is_detected(seed):
     assert not fit["K"].detected
     names = {solution.model.name: lead for lead, _, solution in fit.alternatives_to_pairs}
     assert names["N+GM"] > 3.0
+
+
+@pytest.mark.parametrize("seed", [0, 1, 2])
+def test_a_transition_stands_for_a_walk_that_only_one_rise_shows(seed):
+    """A rise of 50 s in a record of 300 s looks like a random walk; the list of alternatives must name it."""
+    rng, time = np.random.default_rng([seed, 21]), np.arange(30_000) / 100.0
+    x = g.white(rng, 30_000, 100.0, 0.01) + 0.04 * np.clip((time - 100.0) / 50.0, 0.0, 1.0)
+    fit = al.fit_model(al.Recording(x, rate=100.0, unit="rad/s"), "N+K")
+    leads = {other.effect.kind: other.evidence for other in fit.alternatives(1)}
+    assert leads["transition"] > 2.0
+
+
+def test_a_walk_is_no_transition():
+    """In twenty random walks, no transition leads by the 6 nats at which the verdict would name it."""
+    for seed in range(20):
+        rng = np.random.default_rng([seed, 22])
+        x = g.white(rng, 20_000, 10.0, 0.1) + g.walk(rng, 20_000, 10.0, [1e-2, 1e-3][seed % 2])
+        fit = al.fit_model(al.Recording(x, rate=10.0, unit="rad/s"), "N+K")
+        leads = {other.effect.kind: other.evidence for other in fit.alternatives(1)}
+        assert leads.get("transition", -np.inf) < 6.0
