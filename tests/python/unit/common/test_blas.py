@@ -45,3 +45,40 @@ main()
         [sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True
     )
     assert done.stdout.split()[-1] == used
+
+
+ON_PROCESSORS = """
+import os, sys
+os.sched_setaffinity(0, sorted(os.sched_getaffinity(0))[: int(sys.argv.pop(1))])
+from allanite._command import main
+main()
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(
+    len(getattr(os, "sched_getaffinity", lambda _: ())(0)) < 2, reason="needs two processors"
+)
+def test_the_command_prints_the_same_bits_on_one_and_two_processors(tmp_path):
+    """Two axes with a line, a step, gaps and a temperature dependence."""
+    rng = np.random.default_rng(7)
+    time = np.arange(12000) / 100
+    temperature = 20 + 0.01 * rng.standard_normal(time.size).cumsum()
+    x, y = 0.01 * rng.standard_normal((2, time.size))
+    x += 0.003 * np.sin(2 * np.pi * 3.3 * time) + 0.01 * (time > 70)
+    y += 0.02 * (temperature - temperature[0])
+    x[5000:5300] = np.nan
+    log = tmp_path / "log.csv"
+    names = "time_s,gyro_x,gyro_y,temperature"
+    np.savetxt(log, np.c_[time, x, y, temperature], delimiter=",", header=names, comments="")
+    environment = {k: v for k, v in os.environ.items() if k != "OPENBLAS_NUM_THREADS"}
+    options = ["improve", str(log), "--unit", "rad/s", "--json", "--quiet"]
+    said = {
+        subprocess.run(
+            [sys.executable, "-c", ON_PROCESSORS, processors, *options],
+            env=environment, capture_output=True, text=True, check=True,
+        ).stdout
+        for processors in ("1", "2")
+    }  # fmt: skip
+    assert len(said) == 1
+    assert "gyro_y" in said.pop()
