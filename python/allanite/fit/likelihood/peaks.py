@@ -55,7 +55,7 @@ def has_ordinates_near(effect: Effect, data: Data) -> bool:
     """True if the single ordinates near a band are kept, and at most 10 % of the samples are missing."""
     if data.lost > MAX_MISSING_FRACTION:
         return False
-    return bool(
+    return data.whole or bool(
         data.bins.edges[bins_near(effect, data.bins, data.rate)[-1] + 1] <= data.ordinates.size
     )
 

@@ -37,7 +37,8 @@ class Cells:
     def log_likelihood(self, expected: Array) -> Array:
         """Whittle logL of each time section, shape (sections,), for this expected power of each frequency cell."""
         # A model without power in a cell has a logL far below that of any other, but a finite one.
-        expected = np.maximum(expected, 1e-30 * self.power)
+        if (expected < 1e-30 * self.power.max(axis=0)).any():
+            expected = np.maximum(expected, 1e-30 * self.power)
         judged = np.log(expected) + self.power / expected
         return np.asarray(-0.5 * np.einsum("sc,sc->s", judged, self.count))
 

@@ -64,9 +64,10 @@ def scan_added_effect(
         start[:known] = base.theta
         matrix[:, :known] = before.matrix
         if isinstance(point, Modifier):
+            modified = model + point
             for place, effect in enumerate(model.stochastic):
                 if effect.white or point.whole is not None:
-                    matrix[:, place] = column_of(model + point, effect, part.data)
+                    matrix[:, place] = column_of(modified, effect, part.data)
             continue
         assert isinstance(point, Stochastic)
         column = matrix[:, -1] = column_of(model, point, part.data)

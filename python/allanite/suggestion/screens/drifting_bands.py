@@ -360,7 +360,7 @@ def most_likely_course(gains: Array) -> tuple[NDArray[np.int64], float]:
     for k in range(1, sections):
         scores_from = score[:, None] + log_transition
         previous[k] = scores_from.argmax(axis=0)
-        score = scores_from.max(axis=0) + gains[k]
+        score = scores_from[previous[k], steps] + gains[k]
     path = np.zeros(sections, dtype=np.int64)
     path[-1] = score.argmax()
     for k in range(sections - 1, 0, -1):

@@ -287,7 +287,7 @@ def look(context: Context) -> Iterator[Candidate]:
 SCREEN = Screen(
     "disturbances",
     "time segments that are louder at some frequencies, and stuck values",
-    "time",
+    "both",
     look,
     needs_samples=True,
 )

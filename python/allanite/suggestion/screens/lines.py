@@ -254,9 +254,14 @@ def evenly_spaced(
     """
     no_comb = set() if no_comb is None else no_comb
     best: tuple[float, float, list[float]] | None = None
-    highest = np.maximum.reduce([ratio[k : ratio.size - 4 + k] for k in range(5)])
+    pairs = sorted({*itertools.combinations(sorted(places), 2)} - no_comb)
+    if not pairs:
+        return None  # as in most records; the maxima of a long periodogram take time
+    highest = ratio[4:].copy()
+    for k in range(4):
+        np.maximum(highest, ratio[k : k - 4], out=highest)
     stands_out_at = np.append([False] * 2, highest > MIN_DELTA_LOGL_OVER_SIMPLER + np.log(5.0))
-    for a, b in sorted({*itertools.combinations(sorted(places), 2)} - no_comb):
+    for a, b in pairs:
         start, step, reach, peaks = float(a), float(b - a), 2, np.zeros(0)
         # The spacing is known better the more lines are used.
         while step > 2.0 * MAX_LINE_BAND_DISTANCE and reach * step < 2.0 * ratio.size:
