@@ -1,7 +1,7 @@
 """Results with other values of constants that have no derivation.
 
     python benches/decisions/chosen_values.py [background] [bands] [courses] [drift] [edges] [forms] [gates] [posterior]
-        [refits] [rounds]
+        [rounds]
 
 background: blocks of neighboring frequencies of a periodic level; false periods of levels that nearly repeat, and true
     ones.
@@ -12,7 +12,6 @@ edges: trial times of an edge; error of the time of a step in flicker or a rando
 forms: forms of weak events that need no refit (MAX_NOISE_REFIT_FRACTION), and the significant ones among them.
 gates: fine steps of a periodic noise level; coverage of N.
 posterior: draws behind a holdover band; difference of its half-width at 3 h from that of ten times as many draws.
-refits: ΔlogL after the refit over ΔlogL of the search, for tone bursts, drifting lines and narrow bands.
 rounds: tolerances of the completion of missing samples between fits; difference of the coefficients, and CPU time.
 """
 
@@ -308,64 +307,6 @@ def forms():
     )
 
 
-def refits():
-    """Print the largest ratios of ΔlogL after a refit to that of the search, without the limits on refits."""
-    screens = {
-        "tone burst": importlib.import_module("allanite.suggestion.screens.tone_bursts"),
-        "drifting line": importlib.import_module("allanite.suggestion.screens.drifting_lines"),
-    }
-    spectral = importlib.import_module("allanite.suggestion.screens.spectral")
-    found = {name: [] for name in (*screens, "narrow band")}
-
-    def watched(name, screen):
-        solve, limit = screen.solved_with, screen.may_become_significant
-
-        def search(_family, most):
-            search.gain = most / constants.MAX_REFIT_GAIN_RATIO
-            return True
-
-        def refit(*args):
-            refitted = solve(*args)
-            found[name].append((search.gain, refitted[2]))
-            return refitted
-
-        screen.may_become_significant, screen.solved_with = search, refit
-        return lambda: (
-            setattr(screen, "solved_with", solve),
-            setattr(screen, "may_become_significant", limit),
-        )
-
-    undo = [watched(*one) for one in screens.items()]
-    # Both values without the division by the noise near the course, which the screen applies to both.
-    band, relative = screens["drifting line"].Band, screens["drifting line"].Band.relative_noise
-    band.relative_noise = lambda *_: 1.0
-    undo.append(lambda: setattr(band, "relative_noise", relative))
-    bands, narrow = spectral.narrow_bands, spectral._narrow_band_candidate
-    limit, spectral.MAX_REFIT_GAIN_RATIO = spectral.MAX_REFIT_GAIN_RATIO, 1e3
-
-    def candidate(*args):
-        best = []
-        spectral.narrow_bands = lambda *given: best.extend(bands(*given)) or best
-        made = narrow(*args)
-        if made is not None and best:
-            found["narrow band"].append((max(band.gain for band in best), made.gain))
-        return made
-
-    spectral._narrow_band_candidate = candidate
-    rng = np.random.default_rng(5)
-    for kind in ("nothing", "burst", "drifting line", "narrow band", "nothing") * 10:
-        recording = al.Recording(_hidden(rng, kind, 60_000, 100.0), rate=100.0)
-        al.fit_model(recording, "N+B+K").check()
-    for step in undo:
-        step()
-    spectral.narrow_bands, spectral._narrow_band_candidate = bands, narrow
-    spectral.MAX_REFIT_GAIN_RATIO = limit
-    for name, pairs in found.items():
-        rows = sorted((after / before, before) for before, after in pairs)
-        top = ", ".join(f"{ratio:.2f} (ΔlogL {gain:.0f})" for ratio, gain in rows[-4:])
-        print(f"{name}: {len(rows)} refits, the largest ratios {top}", flush=True)
-
-
 def rounds():
     """Print how far coefficients of a clock, two thirds of its samples missing, are from those with a tolerance of 1e-5."""
     rng = np.random.default_rng(6)
@@ -401,7 +342,6 @@ if __name__ == "__main__":
         "forms": forms,
         "gates": gates,
         "posterior": posterior,
-        "refits": refits,
         "rounds": rounds,
     }
     for part in sys.argv[1:] or parts:

@@ -3,9 +3,9 @@
 Each comment gives the unit, what is compared with the constant, and the basis of its value. "Judgment" means chosen by
 judgment; not measured. "Ablation: no change" means that 21 searches end with equal models with half and with twice the
 value (docs/ablation.md). Grids of shapes and sizes of arrays are defined where they are used. Three limits are defined in
-`allanite.fit`: `MAX_RIVAL_LOG_EVIDENCE`, the score within which two models cannot be distinguished,
-`MAX_POLISH_DELTA_LOGL`, the most that the optimization of shapes adds to logL, and `MAINS_TOLERANCE`, the largest
-relative error of a mains frequency.
+`allanite.fit`: `MAX_RIVAL_LOG_EVIDENCE`, the score within which two models cannot be distinguished, so that screens ignore
+a smaller ΔlogL, `MAX_POLISH_DELTA_LOGL`, the most that the optimization of shapes adds to logL, and `MAINS_TOLERANCE`, the
+largest relative error of a mains frequency.
 """
 
 from __future__ import annotations
@@ -17,11 +17,6 @@ import numpy as np
 #: Unit: probability. False-alarm probability of all suggestions of one check together.
 #: Basis: definition; 0.75–1 % of the null records of the statistical tests raise an alarm.
 FALSE_ALARM_PROBABILITY = 0.01
-#: Unit: 1. Largest ratio of ΔlogL after the refit to ΔlogL of the search of a tone burst, a drifting line or a narrow
-#: band. A candidate is refitted only if this multiple could be significant.
-#: Basis: simulation of 50 records (benches/decisions/chosen_values.py refits); at most 1.10 in 87 of 89 refits. The others
-#: were far below significance (1.12) or already significant before the refit (1.86).
-MAX_REFIT_GAIN_RATIO = 1.1
 
 # Order of the suggestions.
 
@@ -66,10 +61,6 @@ MAX_EVENTS = 32
 
 # Random processes and filters.
 
-#: Unit: nats. Smallest ΔlogL of a screen for which a slow function is refitted, the band of a resonance is searched for a
-#: line, a level of the white noise is suggested, or a peak above ln of the number of frequencies is a line of a comb.
-#: Basis: judgment; a single two-sided test exceeds it with a probability of 1.4 %. Ablation: no change.
-MIN_SCREEN_GAIN = 3.0
 #: Unit: nats. ΔlogL by which a richer form must beat the simpler one: a drifting line or a tone burst a steady line, a
 #: wandering line a pure one, a filter with a noise floor a filter without, two lines that beat once a narrow band. It is
 #: also the height of a harmonic above ln of the number of frequencies searched for it, and the ΔlogL of a Gauss-Markov
@@ -87,16 +78,14 @@ MAX_DESIGNS_POLISHED = 3
 #: Unit: points. Grid points of a resonance or a notch from which the likelihood is maximized.
 #: Basis: judgment.
 MAX_NARROW_POINTS_CLIMBED = 60
-#: Unit: 1. Largest ratio of the shapes of another design of a filter to those of the present one.
-#: Basis: judgment.
-MAX_SHAPE_RATIO = 2.0
 
 # Lines and narrow bands.
 
 #: Unit: lines. Most lines that are refitted in one check.
 #: Basis: judgment.
 MAX_LINES_REFITTED = 12
-#: Unit: nats. Peaks of the periodogram below this height are not refitted.
+#: Unit: nats. Peaks of the periodogram below this height are not refitted. In the mean power of a band, an ordinate counts
+#: at most as much as a peak of this height.
 #: Basis: derivation; the search of 100 samples reaches this height by chance.
 MIN_LINE_PEAK = 6.0
 #: Unit: 1. Highest harmonic of a line or of a narrow band that is searched.
@@ -114,9 +103,6 @@ MIN_COMB_FRACTION = 0.6
 #: Unit: lines. Fewest lines of an evenly spaced comb.
 #: Basis: judgment; none of 50 sets of 20 random places is a comb.
 MIN_SPACED_LINES = 5
-#: Unit: expected power. A single ordinate counts at most this much in the mean power of a band.
-#: Basis: judgment.
-MAX_ORDINATE_POWER = 20.0
 
 # Bands that move.
 
@@ -157,7 +143,7 @@ MAX_STEP_TIME_ERROR = 0.02
 #: Basis: judgment; the clusters are needed for a tap that had been called a resonance.
 LEVEL_CELLS = 256
 #: Unit: fraction of the record. Minimum length of the interval of a change of a band's level, and of the time outside it.
-#: Basis: judgment; a shorter ringing is a disturbance.
+#: Basis: judgment; a shorter ringing is a disturbance. Without it, one of three taps is a band that is louder for a moment.
 MIN_BAND_LEVEL_FRACTION = 1.0 / 64.0
 
 # Outliers and disturbances.

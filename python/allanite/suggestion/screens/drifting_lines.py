@@ -13,6 +13,7 @@ import numpy as np
 from allanite.effects import CATALOG, Deterministic, Stochastic
 from allanite.fit.engine import solve
 from allanite.fit.likelihood.peaks import has_all_ordinates
+from allanite.fit.rivals.evidence import MAX_RIVAL_LOG_EVIDENCE
 from allanite.fit.rivals.line_trials import line_trials
 from allanite.fit.shapes.deterministic import design_of, regress
 from allanite.fit.shapes.drifting import (
@@ -25,10 +26,8 @@ from allanite.fit.shapes.drifting import (
 )
 from allanite.suggestion.constants import (
     MAIN_SHARE,
-    MAX_ORDINATE_POWER,
-    MAX_REFIT_GAIN_RATIO,
     MIN_DELTA_LOGL_OVER_SIMPLER,
-    MIN_SCREEN_GAIN,
+    MIN_LINE_PEAK,
 )
 from allanite.suggestion.p_values import (
     Family,
@@ -128,7 +127,7 @@ def _bands_to_search(
         yield 1.0 / data.duration, 0.5 * data.rate - 1.0 / data.duration
     total = np.square(white)
     total[0] = 0.0
-    np.cumsum(np.minimum(total, MAX_ORDINATE_POWER, out=total), out=total)
+    np.cumsum(np.minimum(total, 2.0 * MIN_LINE_PEAK, out=total), out=total)
     for width in WIDTHS:
         if whole and width > MAX_EXHAUSTIVE_FREQUENCIES:
             continue
@@ -148,7 +147,7 @@ def _bands_to_search(
         for c in spectral
         if isinstance(c.effect, Stochastic)
         and c.effect.occupies is not None
-        and c.gain > MIN_SCREEN_GAIN
+        and c.gain > MAX_RIVAL_LOG_EVIDENCE
     ]
     for one in sorted(resonances, key=lambda c: -c.gain)[:1]:
         assert one.effect.occupies is not None
@@ -188,7 +187,7 @@ def _best_candidate(
         return None
     effect = blank.with_values(frequency=frequency, drift=drift / T**2)
     effect, search_gain = polished_line(effect, solution.ordinates, noise, data)
-    if not may_become_significant(family, MAX_REFIT_GAIN_RATIO * search_gain / loud):
+    if not may_become_significant(family, search_gain / loud):
         return None
     refitted, last, gain = solved_with(effect, solution, data)
     gain /= loud

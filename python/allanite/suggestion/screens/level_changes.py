@@ -18,7 +18,6 @@ from allanite.suggestion.constants import (
     LEVEL_CELLS,
     MAIN_SHARE,
     MIN_POWER_VALUES,
-    MIN_SCREEN_GAIN,
 )
 from allanite.suggestion.p_values import best_interval
 from allanite.suggestion.screens._screen import Candidate, Context, Screen
@@ -320,6 +319,6 @@ def _one_interval(series: Series, solution: Solution) -> Candidate | None:
     effect = level_effect(solution.model, **times, factor=factor)
     # A change smaller than the discrepancy of the model, or than its standard error, is no effect.
     least = max(solution.discrepancy, float(1.0 / np.sqrt(2.0 * series.freedom * (end - start))))
-    if effect is None or gain < MIN_SCREEN_GAIN or abs(factor - 1.0) < least:
+    if effect is None or gain < MAX_RIVAL_LOG_EVIDENCE or abs(factor - 1.0) < least:
         return None
     return Candidate(effect, gain, LEVELS, None, 3, min(0.0, log_p))

@@ -14,13 +14,13 @@ from allanite.common.showing import brief
 from allanite.criticism.over_time import overdispersion
 from allanite.effects import CATALOG, Model, Modifier
 from allanite.fit.likelihood.whitened import cell_means
+from allanite.fit.rivals.evidence import MAX_RIVAL_LOG_EVIDENCE
 from allanite.recording.audit import MAX_ROUNDING_SHARE
 from allanite.recording.tails import coarse_step
 from allanite.suggestion.constants import (
     FALSE_ALARM_PROBABILITY,
     LEVEL_CELLS,
     MIN_PERIODS,
-    MIN_SCREEN_GAIN,
 )
 from allanite.suggestion.p_values import Family, delta_logl_of_two_levels
 from allanite.suggestion.screens._screen import Candidate
@@ -299,7 +299,7 @@ def screen_cycle(series: Series, model: Model) -> Candidate | None:
     if log_p > np.log(FALSE_ALARM_PROBABILITY):
         return None
     gain, period, first, last = _best_gate(power, 0.5 * float(places[top]), freedom)
-    if gain <= MIN_SCREEN_GAIN:
+    if gain <= MAX_RIVAL_LOG_EVIDENCE:
         return None
     step = (series.end - series.start) / cells
     phase = (np.arange(cells) / period * PHASES - first) % PHASES
@@ -428,7 +428,7 @@ def screen_columns(series: Series, model: Model, columns: Mapping[str, Array]) -
         if spread <= 0.0:
             continue
         slope, gain = log_slope(power, values / spread, freedom)
-        if gain < MIN_SCREEN_GAIN:
+        if gain < MAX_RIVAL_LOG_EVIDENCE:
             continue
         log_p = float(log_ndtr(-np.sqrt(2.0 * gain)) + np.log(2.0 * len(blanks)))
         # Other noise in the bands dilutes the slope.

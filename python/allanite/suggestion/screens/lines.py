@@ -14,6 +14,7 @@ from allanite.effects import CATALOG, Deterministic
 from allanite.fit.engine import solve
 from allanite.fit.likelihood.remembered import trim_memory
 from allanite.fit.likelihood.stop_band import is_empty
+from allanite.fit.rivals.evidence import MAX_RIVAL_LOG_EVIDENCE
 from allanite.fit.rivals.line_trials import known_bands, trials_at
 from allanite.fit.shapes.deterministic import comb_window, line_ordinates, ordinates_near, regress
 from allanite.fit.shapes.shape import ORDINATES_BESIDE_LINE, optimized_multiples, polish_line
@@ -29,7 +30,6 @@ from allanite.suggestion.constants import (
     MIN_DELTA_LOGL_OVER_SIMPLER,
     MIN_LINE_PEAK,
     MIN_PERIODS,
-    MIN_SCREEN_GAIN,
     MIN_SPACED_LINES,
 )
 from allanite.suggestion.p_values import Family, log_p_value
@@ -108,7 +108,7 @@ def look(context: Context) -> tuple[Candidate, ...]:
         stop_if_unwanted()
         trim_memory(data.samples.size)
         top, above = _clearest_line(ratio, data)
-        if ratio[top] <= MIN_LINE_PEAK or above < MIN_SCREEN_GAIN:
+        if ratio[top] <= MIN_LINE_PEAK or above < MAX_RIVAL_LOG_EVIDENCE:
             break
         level = next(level for end, level in levels if top < end)
         width, surplus = _best_width(top, solution, data, level)
@@ -226,7 +226,7 @@ def _line_indices(ratio: NDArray[np.float64], data: Data) -> list[int]:
     left, found = ratio.copy(), []
     for _ in range(MAX_EVENTS):
         top, above = _clearest_line(left, data)
-        if left[top] <= MIN_LINE_PEAK or above < MIN_SCREEN_GAIN:
+        if left[top] <= MIN_LINE_PEAK or above < MAX_RIVAL_LOG_EVIDENCE:
             break
         found.append(top)
         _remove_line(left, top, LINE_HALF_WIDTH)

@@ -32,7 +32,6 @@ from allanite.suggestion.constants import (
     MAX_NOISE_REFIT_FRACTION,
     MAX_SHORT_EVENT_SAMPLES,
     MAX_STEP_TIME_ERROR,
-    MIN_SCREEN_GAIN,
     MIN_SEGMENT_SAMPLES,
 )
 from allanite.suggestion.p_values import (
@@ -127,7 +126,7 @@ def _screen_family(
         del directions  # tens of megabytes, not needed during the refit
         families.append(blank.family)
         top = int(np.argmax(gain))
-        worth = gain[top] >= MIN_SCREEN_GAIN
+        worth = gain[top] >= MAX_RIVAL_LOG_EVIDENCE
         simple = (
             _refitted_candidate(points[top], Family(blank.family, (arcs[-1],)), context)
             if worth

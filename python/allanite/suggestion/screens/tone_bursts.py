@@ -18,7 +18,6 @@ from allanite.fit.shapes.tones import (
     steady_line_gain,
 )
 from allanite.suggestion.constants import (
-    MAX_REFIT_GAIN_RATIO,
     MIN_DELTA_LOGL_OVER_SIMPLER,
     MIN_PERIODS,
 )
@@ -88,7 +87,7 @@ def _best_candidate(
     family = Family("line", width=line_trials(data.n) * effective_trials(band))
     if search_gain < least or frequency <= 0.0:
         return None
-    if not may_become_significant(family, MAX_REFIT_GAIN_RATIO * search_gain):
+    if not may_become_significant(family, search_gain):
         return None
     if middle * (last - first) < MIN_PERIODS or _is_on_course(frequency, solution):
         return None
