@@ -21,7 +21,7 @@ from allanite.fit.engine import solve
 from allanite.fit.estimates import deterministic_shape_error, shape_error
 from allanite.fit.likelihood.remembered import trim_memory
 from allanite.fit.likelihood.whitened import cell_means, expected_level
-from allanite.fit.missing.completion import information_ratio
+from allanite.fit.missing.completion import complete_and_fit, information_ratio
 from allanite.fit.rivals.columns import follow_columns_consistently
 from allanite.fit.rivals.evidence import MAX_RIVAL_LOG_EVIDENCE, parameters_cost
 from allanite.fit.shapes.matched import best_spans, grid_points, matched_gains, slow_families
@@ -248,9 +248,8 @@ def _significant_richer_forms(
         alone = Family(effect.family, (arc * starts,))
         if not may_become_significant(alone, best):
             continue
-        simple_gain = 0.0 if simple is None else simple.gain
         # One more free time always gains something; the gain over the simple form must be significant.
-        least = simple_gain, Family(effect.family, (arc,))
+        least = None if simple is None else simple.solution, Family(effect.family, (arc,))
         candidate = _refitted_candidate(effect, alone, context, least)
         if candidate is not None:
             found.append(candidate)
@@ -319,13 +318,13 @@ def _refitted_candidate(
     effect: Deterministic,
     family: Family,
     context: Context,
-    over: tuple[float, Family] | None = None,
+    over: tuple[Solution | None, Family] | None = None,
 ) -> Candidate | None:
     """Refitted `Candidate` that adds the slow function `effect` to the model; None if its `judged_gain` is not positive.
 
     None as well if an event rests on a few samples, or if the slope on a logged column has different signs at slow and fast
-    time scales. With `over` = (ΔlogL, family), None if the rise above this ΔlogL is not significant (1 %), or if a time of
-    the effect is not known.
+    time scales. With `over` = (solution with a simpler form or None, family), None if the rise above this solution (None:
+    that of the context) is not significant (1 %), or if a time of the effect is not known.
 
     `judged_gain`, from which the p-value follows, is at most the ΔlogL beside the slowly drifting process of the highest
     ΔlogL. It is reduced for leakage through filters, for louder noise where the effect acts, and for missing samples. So it
@@ -335,7 +334,7 @@ def _refitted_candidate(
     refitted = solve(data, base.model + effect, like=base, settled=len(base.model), rounds=4)
     gain = judged = refitted.log_likelihood - base.log_likelihood
     if over is not None:
-        added = log_p_value(over[1], gain - over[0])
+        added = log_p_value(over[1], _gain_over_simple(refitted, over[0] or base, base, data))
         if added >= np.log(FALSE_ALARM_PROBABILITY) or not has_known_time(
             refitted.effects[-1], refitted, data
         ):
@@ -364,6 +363,24 @@ def _refitted_candidate(
             return None
         judged *= min((_share_with_normal_tails(e, context) for e in short), default=1.0)
     return Candidate(found, gain, family, refitted, found.numbers, judged_gain=judged)
+
+
+def _gain_over_simple(rich: Solution, simple: Solution, base: Solution, data: Data) -> float:
+    """ΔlogL, nats, of the model `rich` relative to the model `simple`; both are fits to `data`.
+
+    Missing samples were completed under the model `base`, which bridges a step in a gap by a ramp; only a richer form
+    follows the ramp. So they are completed again under each of the two models, and the mean of both ΔlogL is returned: what
+    one completion adds by the drawn samples, the other takes away.
+    """
+    if data.gain is None or simple is base:
+        return rich.log_likelihood - simple.log_likelihood
+    gain = 0.0
+    for own, other, sign in ((rich, simple, 0.5), (simple, rich, -0.5)):
+        again, fitted = complete_and_fit(data, own.model, own)
+        # With free times, the richer form would follow the drawn samples of the simple one.
+        refitted = solve(again, other.model, like=fitted, settled=len(other.model), rounds=4)
+        gain += sign * (fitted.log_likelihood - refitted.log_likelihood)
+    return gain
 
 
 def _rests_on_few_samples(event: Deterministic, base: Solution, data: Data) -> bool:

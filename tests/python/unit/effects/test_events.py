@@ -288,3 +288,20 @@ def test_a_sensor_and_its_housing_settle_with_two_time_constants(seed):
     assert study.adequate
     assert [e.short for e in study.fit.model] == ["N", "B", "WARM", "WARM"], study
     assert not al.effects.WarmUp.candidates(study.fit.model, {})
+
+
+@pytest.mark.parametrize(
+    ("moved", "kind"),
+    [((905.0, 905.1), "bias_step"), ((910.0, 920.0), "bias_step"), ((860.0, 970.0), "transition")],
+)
+def test_a_change_of_level_within_a_gap_is_a_step(moved, kind):
+    # Without samples during the change nothing shows its duration; a change that samples show has one.
+    n, rate = 4000, 2.0
+    time = np.arange(n) / rate
+    rng = np.random.default_rng(3)
+    samples = g.white(rng, n, rate, 0.01)
+    samples += 0.03 * np.clip((time - moved[0]) / (moved[1] - moved[0]), 0.0, 1.0)
+    samples[(time >= 900.0) & (time < 930.0)] = np.nan
+    check = al.fit_model(al.Recording(samples, rate=rate, unit="deg/s"), "N").check()
+    named = [s.kind for s in check.significant if s.effect.happens_once]
+    assert named[0] == kind
