@@ -23,7 +23,7 @@ def record(seed, swells):
 @pytest.mark.parametrize("seed", [0, 1, 3])
 def test_a_vibration_that_doubles_for_a_while_is_one_change_of_its_band(seed):
     study = al.improve(record(seed, lambda t: np.where((t > 600) & (t < 900), 2.0, 1.0)), "N+B+K")
-    assert [rung.added.kind for rung in study.ladder[1:]] == ["resonance", "band_level_change"]
+    assert study.fit.model.name == "N+B+K+RES+BLEVEL"
     assert study.stopped_because == "adequate"
     change, values = study.fit.model.effects[-1], study.fit.estimates[-1]
     # 2400 values of 4 Hz inside, 12 000 outside: ±2 % of the factor, twice that for what else is in the band.
@@ -39,9 +39,12 @@ def test_a_vibration_that_doubles_for_a_while_is_one_change_of_its_band(seed):
 @pytest.mark.parametrize("seed", [2, 6])
 def test_a_machine_that_runs_for_a_third_of_the_record(seed):
     study = al.improve(record(seed, lambda t: (t > 600) & (t < 1200)), "N+B+K")
-    assert [rung.added.kind for rung in study.ladder[1:]] == ["resonance", "band_level_change"]
+    # A lag may stand for flicker and walk.
+    slow = {"bias_instability", "rate_random_walk", "gauss_markov"}
+    others = [e for e in study.fit.model if e.kind not in slow]
+    assert [e.kind for e in others] == ["angle_random_walk", "resonance", "band_level_change"]
     assert study.stopped_because == "adequate"
-    assert study.fit.model.effects[-1].factor > 5.0
+    assert others[-1].factor > 5.0
 
 
 @pytest.mark.long
