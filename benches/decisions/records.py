@@ -148,7 +148,7 @@ HIDDEN = {
     "excursions": Hidden("N+B", NB, lambda r: base(r) + sum(g.step(LENGTH, RATE, t, 3e-2) - g.step(LENGTH, RATE, t + 6.0, 3e-2) for t in (30.0, 95.0, 170.0, 241.0)), comparable=False),
     "hump": Hidden("N+B", f"{NB}+HUMP(width=4,time=140,height=8e-2)", lambda r: base(r) + 8e-2 * np.exp(-0.5 * ((TIME - 140.0) / 4.0) ** 2)),
     "transient": Hidden("N+B", f"{NB}+PULSE(time=120,time_constant=8,height=9e-2)", lambda r: base(r) + np.where(TIME >= 120.0, 9e-2 * np.exp(-(TIME - 120.0) / 8.0), 0.0)),
-    "transition": Hidden("N+B", f"{NB}+RISE(begin=100,end=150,height=6e-2)", lambda r: base(r) + 6e-2 * np.clip((TIME - 100.0) / 50.0, 0.0, 1.0)),
+    "transition": Hidden("N+B", f"{NB}+RISE(begin=100,end=150,height=4e-2)", lambda r: base(r) + 4e-2 * np.clip((TIME - 100.0) / 50.0, 0.0, 1.0)),
     "warm_up": Hidden("N+B", f"{NB}+WARM(time_constant=40,amplitude=9e-2)", lambda r: base(r) + g.settling(LENGTH, RATE, 40.0, 9e-2)),
     "burst_noise": Hidden("N+B", f"{NB}+RTS(amplitude=4e-2,dwell_time=5)", lambda r: base(r) + g.telegraph(r, LENGTH, RATE, 4e-2, 5.0)),
     "noise_level_change": Hidden("N+B", f"{NB}+LEVEL(start=100,end=160,factor=1.2)", switching(100.0, 160.0, 1.2), comparable=False),

@@ -406,5 +406,6 @@ def _level_change_laws(
         count, relative = total * weight, ratio / (weight @ ratio)
         return DeltaLoglLaw(count, relative, np.zeros(2), np.zeros((2, 0)), fitted)
 
-    lowest = top[seen].max(initial=0) / (2 * MAX_TIME_RESOLUTION_RATIO)
+    # The next octave has too few values in time, or is as near to the limit as sizes of transforms make it.
+    lowest = top[seen].max(initial=0) / MAX_TIME_RESOLUTION_RATIO
     return law(seen, 3), law(seen & (top > lowest), 1)

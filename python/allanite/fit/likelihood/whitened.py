@@ -405,8 +405,7 @@ def white_power(
     length = max((power.size for power, _, _ in bands), default=0)
     total, weight, shares = np.zeros(length), 0.0, 0.0
     for power, each, share in bands:
-        # Bands have about half as many values as the next finer one: their sizes suit the transform.
-        if round(length / power.size) > MAX_TIME_RESOLUTION_RATIO:
+        if power.size < length // MAX_TIME_RESOLUTION_RATIO:
             continue  # too coarse in time
         # Spread the coarser bands over the finest time axis with their own number of values.
         index = (np.arange(length) * power.size // length).astype(np.int64)
