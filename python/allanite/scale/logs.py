@@ -187,12 +187,12 @@ def study_of_kinds(column: Recording, model: str | Model) -> Study:
 class SearchOfKinds(Search):
     """Search that adds effects of the same kind only from one check, and keeps its steps in the order of the search."""
 
-    def _check_of_last_fit(self, quiet: frozenset[str]) -> Check:
+    def _check_of_last_fit(self) -> Check:
         """`Check` of the last fit, without suggested effects of kinds in the model; `self.check` keeps all suggestions.
 
         Excluded samples and single events may be suggested again.
         """
-        check = super()._check_of_last_fit(quiet)
+        check = super()._check_of_last_fit()
         kinds = {effect.kind for effect in check.fit.model}
         new = (
             s

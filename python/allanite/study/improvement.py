@@ -51,8 +51,7 @@ def improve(
     seconds : float, optional
         Limit of the elapsed time, s. The first model is always fitted and checked. By default the limit is 60 s of
         processor time and 10 s more for each million samples. Steps after the last finished check are discarded, and
-        the others are then shown in the order of the search, with those that it took back. That check may have
-        postponed screens of events (`Check.postponed`).
+        the others are then shown in the order of the search, with those that it took back.
 
     Returns
     -------

@@ -15,7 +15,6 @@ from allanite.study.steps import best_replacement, further_steps, step_and_sugge
 from allanite.study.story import story, tried_and_dropped, without_rises
 from allanite.suggestion.check import last_check
 from allanite.suggestion.constants import MAX_ADDED_EFFECTS
-from allanite.suggestion.suggest import quiet_screens
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -44,16 +43,12 @@ class Search:
     checked: int = 0
 
     def run(self) -> str:
-        """Add steps to `ladder` until the search ends; return the reason as text, as in `Study.stopped_because`.
-
-        Checks may postpone screens (`quiet_screens`). Before the search ends, the last fit is checked with all screens.
-        """
-        quiet = frozenset[str]()
+        """Add steps to `ladder` until the search ends; return the reason as text, as in `Study.stopped_because`."""
         while True:
             try:
                 # The first check has no limit, because a study needs one.
                 with with_deadline(self.deadline if self.check else None, self.clock):
-                    check = self._check_of_last_fit(quiet)
+                    check = self._check_of_last_fit()
             except TimeoutError:
                 return "time"
             stop = self._stop_reason(check)
@@ -67,12 +62,8 @@ class Search:
                         found = None if last is None else (last, ())
             except TimeoutError:
                 stop = stop or "time"
-            if found is None and check.postponed and stop != "time":
-                quiet = frozenset()
-                continue
             if found is None:
                 return stop or "nothing helps"
-            quiet = quiet_screens(check.suggestions)
             rung, added = found
             self.ladder.append(rung)
             with suppress(TimeoutError), with_deadline(self.deadline, self.clock):
@@ -83,18 +74,15 @@ class Search:
                         break
                     self.ladder.append(further)
 
-    def _check_of_last_fit(self, quiet: frozenset[str]) -> Check:
-        """`Check` of the last fit; stores it as `check`, reports progress, and frees memory of earlier fits.
-
-        The screens `quiet` may be postponed (`suggest`).
-        """
+    def _check_of_last_fit(self) -> Check:
+        """`Check` of the last fit; stores it as `check`, reports progress, and frees memory of earlier fits."""
         fit = self.ladder[-1].fit
         for rung in self.ladder[:-1]:
             forget(rung.fit, last_check)
             if rung.fit.data is not fit.data:
                 rung.fit.data.clear_caches()
         trim_memory(fit.data.n)
-        self.check, self.checked = last_check(fit, quiet), len(self.ladder)
+        self.check, self.checked = last_check(fit), len(self.ladder)
         if self.first_check is None:
             self.first_check = self.check
         if self.on_progress is not None:

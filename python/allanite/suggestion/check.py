@@ -24,7 +24,7 @@ from allanite.suggestion.suggest import Suggestion, explain_same_misfit, suggest
 from allanite.suggestion.unexplained_shape import UnexplainedShape, unexplained_shape
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Collection
+    from collections.abc import Callable
     from pathlib import Path
 
     from allanite.fit.result import Fit
@@ -43,8 +43,6 @@ class Check:
         Residuals over τ, frequency and time.
     suggestions : tuple of Suggestion
         Effects that may be missing, best first.
-    postponed : tuple of str
-        Names of the screens that a search left out of this check, because others found significant effects.
 
     Examples
     --------
@@ -60,7 +58,6 @@ class Check:
     fit: Fit
     where: Where
     suggestions: tuple[Suggestion, ...]
-    postponed: tuple[str, ...] = ()
 
     @property
     def significant(self) -> tuple[Suggestion, ...]:
@@ -227,22 +224,16 @@ def _suggestion_lines(rank: int, s: Suggestion) -> list[str]:
     return [*lines, f"     confirm: {s.check_by}"]
 
 
-def check_fit(
-    fit: Fit,
-    on_progress: Callable[[int, int], None] | None = None,
-    quiet: Collection[str] = (),
-) -> Check:
+def check_fit(fit: Fit, on_progress: Callable[[int, int], None] | None = None) -> Check:
     """`Check` of a fit: where the model fails (by τ, frequency and time), and ranked suggestions of missing effects.
 
-    `on_progress` is called with (stages done, number of stages). The screens `quiet` may be postponed (`suggest`).
+    `on_progress` is called with (stages done, number of stages).
     """
     whitened = whiten(fit.solution, fit.data)
-    return Check(fit, criticize(fit, whitened), *suggest(fit, whitened, on_progress, quiet))
+    return Check(fit, criticize(fit, whitened), suggest(fit, whitened, on_progress))
 
 
 @kept_with_fit
-def last_check(fit: Fit, quiet: frozenset[str] = frozenset()) -> Check:
-    """`Check` of a fit, computed once and kept with the fit; `quiet` is as of `check_fit`."""
-    import allanite as al
-
-    return al.suggestion.check_fit(fit, quiet=quiet)
+def last_check(fit: Fit) -> Check:
+    """`Check` of a fit, computed once and kept with the fit."""
+    return fit.check()

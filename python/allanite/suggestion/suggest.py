@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 import warnings
 from collections import Counter
-from collections.abc import Callable, Collection, Iterable, Sequence
+from collections.abc import Callable
 from concurrent.futures import FIRST_COMPLETED, Future, wait
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
@@ -20,7 +20,7 @@ import numpy as np
 from allanite.common.former import warn_of_former_name
 from allanite.common.numbers import number
 from allanite.common.threads import Pool
-from allanite.effects import Effect, Modifier, Stochastic
+from allanite.effects import Effect, Modifier
 from allanite.fit.estimates import estimates
 from allanite.fit.likelihood.remembered import trim_memory
 from allanite.fit.likelihood.whitened import (
@@ -90,8 +90,6 @@ class Suggestion:
     surplus : float
         Part of the ΔlogL, nats, that a discrepancy of the model explained before. 0 if the model with the effect needs a
         discrepancy too.
-    screen : str
-        Name of the screen that found the effect.
 
     Examples
     --------
@@ -114,7 +112,6 @@ class Suggestion:
     before: Fit
     note: str = ""
     surplus: float = 0.0
-    screen: str = ""
 
     @cached_property
     def score(self) -> float:
@@ -266,16 +263,11 @@ def _ranges_overlap(one: tuple[float, float] | None, other: tuple[float, float] 
 
 
 def suggest(
-    fit: Fit,
-    whitened: Whitened,
-    on_progress: Progress | None = None,
-    quiet: Collection[str] = (),
-) -> tuple[tuple[Suggestion, ...], tuple[str, ...]]:
-    """Pair: tuple of suggestions for a fit, best first, and tuple of the names of the screens that were not run.
+    fit: Fit, whitened: Whitened, on_progress: Progress | None = None
+) -> tuple[Suggestion, ...]:
+    """Tuple of suggestions for a fit, best first, from all searches.
 
-    `whitened` is the whitened record of the fit. `on_progress` is called with (stages done, number of stages). The screens
-    `quiet` do not run if others find significant effects and none of these is a slowly drifting process: an event looks
-    like one.
+    `whitened` is the whitened record of the fit. `on_progress` is called with (stages done, number of stages).
     """
     done, stages = count(1), len(SCREENS) + 1
 
@@ -290,65 +282,36 @@ def suggest(
     white = whitened_ordinates(base, data, np.ones(base.count.size))
     replace_unsteady_ordinates(white, base, data)
     context = Context(base, data, whitened, white)
-    postponed = tuple(name for name in SCREENS if name in quiet)
-    _look_with_screens([s for s in SCREENS.values() if s.name not in postponed], context, progress)
-    suggestions = _judged(fit, context, surplus)
-    missing = [s.effect for s in suggestions if s.significant]
-    if postponed and (not missing or any(isinstance(e, Stochastic) and e.wanders for e in missing)):
-        _look_with_screens([SCREENS[name] for name in postponed], context, progress)
-        suggestions, postponed = _judged(fit, context, surplus), ()
-    progress()
-    return suggestions, postponed
-
-
-def quiet_screens(suggestions: Iterable[Suggestion]) -> frozenset[str]:
-    """Set of the names of the screens that the next check of a search may postpone.
-
-    They look for effects that act in time only, and none of their `suggestions` is significant. A step of the search seldom
-    makes such an effect significant, so it is enough to look again at the end.
-    """
-    heard = {s.screen for s in suggestions if s.significant}
-    return frozenset(n for n, s in SCREENS.items() if s.acts_in == "time" and n not in heard)
-
-
-def _judged(fit: Fit, context: Context, surplus: float) -> tuple[Suggestion, ...]:
-    """Tuple of the suggestions made from all candidates in `context.found`, best first; `surplus` as of `_suggestion`."""
-    base, data, whitened = context.solution, context.data, context.whitened
-    named = [(name, c) for name in SCREENS for c in context.found.get(name, ())]
+    candidates = _look_with_all_screens(context, progress)
     searches = sum(
         _unless_it_fails(screen, partial(screen.searches, context), 0)
         for screen in SCREENS.values()
-        if screen.name in context.found
     )
-    levels = [c for _, c in named if c.effect.changes_level]
+    levels = [c for c in candidates if c.effect.changes_level]
     overdispersion, loudness = overdispersion_without(base, data, levels, searches)
     scatter = {"spectrum": overdispersion, "time": loudness, "none": 1.0}
-    judged = []
-    for name, c in named:
-        own = scatter[c.family.scatter]
-        made = _suggestion(fit, c, searches=searches, surplus=surplus, scatter=own)
-        judged.append(replace(made, screen=name))
-    return in_order(_with_shares(fit, judged), fit, whitened, overdispersion)
+    judged = [
+        _suggestion(fit, c, searches=searches, surplus=surplus, scatter=scatter[c.family.scatter])
+        for c in candidates
+    ]
+    suggestions = in_order(_with_shares(fit, judged), fit, whitened, overdispersion)
+    progress()
+    return suggestions
 
 
-def _look_with_screens(
-    screens: Sequence[Screen], context: Context, on_end: Callable[[], None]
-) -> None:
-    """Store the candidates of the `screens` in `context.found`.
-
-    The screens run in parallel, each after those that it needs. `on_end` is called after each screen.
-    """
-    names = {screen.name for screen in screens}
-    waiting, running = list(screens), dict[Future[tuple[Candidate, ...]], Screen]()
+def _look_with_all_screens(context: Context, on_end: Callable[[], None]) -> tuple[Candidate, ...]:
+    """Tuple of the candidates of all screens, which run in parallel, each after those that it needs."""
+    waiting, running = list(SCREENS.values()), dict[Future[tuple[Candidate, ...]], Screen]()
     with Pool(1 + parallel_searches(context.data)) as pool:
         while waiting or running:
-            for screen in [s for s in waiting if context.found.keys() >= names & {*s.after}]:
+            for screen in [s for s in waiting if context.found.keys() >= {*s.after}]:
                 waiting.remove(screen)
                 running[pool.submit(_candidates_of, screen, context)] = screen
             for done in wait(running, return_when=FIRST_COMPLETED).done:
                 context.found[running.pop(done).name] = done.result()
                 trim_memory(context.data.samples.size)
                 on_end()
+    return tuple(c for name in SCREENS for c in context.found[name])
 
 
 def _candidates_of(screen: Screen, context: Context) -> tuple[Candidate, ...]:

@@ -78,7 +78,7 @@ def look(context: Context) -> tuple[Candidate, ...]:
 SCREEN = Screen(
     "burst noise",
     "two levels: the distribution of the samples, if a process with the same spectrum was found",
-    "both",
+    "time",
     look,
     after=("spectral",),
     searches=lambda _: 0,

@@ -287,7 +287,7 @@ def look(context: Context) -> Iterator[Candidate]:
 SCREEN = Screen(
     "disturbances",
     "time segments that are louder at some frequencies, and stuck values",
-    "both",
+    "time",
     look,
     needs_samples=True,
 )

@@ -28,11 +28,11 @@ def interrupted_check(monkeypatch):
     checks = []
     real = al.suggestion.check_fit
 
-    def check_fit(fit, on_progress=None, **options):
+    def check_fit(fit, on_progress=None):
         checks.append(fit)
         if len(checks) == 2:
             raise KeyboardInterrupt
-        return real(fit, on_progress, **options)
+        return real(fit, on_progress)
 
     monkeypatch.setattr(al.suggestion, "check_fit", check_fit)
 
@@ -61,7 +61,7 @@ def test_the_command_prints_and_saves_them(run, log, tmp_path):
 
 
 def test_an_interrupt_of_the_first_check_has_nothing_to_keep(log, monkeypatch):
-    def check_fit(*_, **__):
+    def check_fit(*_):
         raise KeyboardInterrupt
 
     monkeypatch.setattr(al.suggestion, "check_fit", check_fit)
