@@ -333,12 +333,8 @@ def _refitted_candidate(
     base, data, rival = context.solution, context.data, context.shared(_best_wandering_process)
     refitted = solve(data, base.model + effect, like=base, settled=len(base.model), rounds=4)
     gain = judged = refitted.log_likelihood - base.log_likelihood
-    if over is not None:
-        added = log_p_value(over[1], _gain_over_simple(refitted, over[0] or base, base, data))
-        if added >= np.log(FALSE_ALARM_PROBABILITY) or not has_known_time(
-            refitted.effects[-1], refitted, data
-        ):
-            return None
+    if over is not None and not _is_clearly_richer(refitted, over, base, data):
+        return None
     if rival is not None and may_become_significant(family, gain):
         model = rival.model + refitted.model.effects[-1]
         with_rival = solve(data, model, like=rival, polish=False, rounds=4)
@@ -365,15 +361,33 @@ def _refitted_candidate(
     return Candidate(found, gain, family, refitted, found.numbers, judged_gain=judged)
 
 
-def _gain_over_simple(rich: Solution, simple: Solution, base: Solution, data: Data) -> float:
-    """ΔlogL, nats, of the model `rich` relative to the model `simple`; both are fits to `data`.
+def _is_clearly_richer(
+    rich: Solution, over: tuple[Solution | None, Family], base: Solution, data: Data
+) -> bool:
+    """True if ΔlogL of the model `rich` over a simpler one is significant (1 %), and all times of its effect are known.
 
-    Missing samples were completed under the model `base`, which bridges a step in a gap by a ramp; only a richer form
-    follows the ramp. So they are completed again under each of the two models, and the mean of both ΔlogL is returned: what
-    one completion adds by the drawn samples, the other takes away.
+    `over` is as of `_refitted_candidate`. With missing samples, ΔlogL must also be significant after each of both models
+    has completed them (`_gain_over_simple`).
     """
-    if data.gain is None or simple is base:
-        return rich.log_likelihood - simple.log_likelihood
+    simple, family = over[0] or base, over[1]
+
+    def is_significant(gain: float) -> bool:
+        return log_p_value(family, gain) < np.log(FALSE_ALARM_PROBABILITY)
+
+    if not is_significant(rich.log_likelihood - simple.log_likelihood):
+        return False
+    if not has_known_time(rich.effects[-1], rich, data):
+        return False
+    complete = data.gain is None or simple is base
+    return complete or is_significant(_gain_over_simple(rich, simple, data))
+
+
+def _gain_over_simple(rich: Solution, simple: Solution, data: Data) -> float:
+    """ΔlogL, nats, of the model `rich` relative to the model `simple`, each of which completes the missing samples.
+
+    A completion under the model before, as in `data`, bridges a step in a gap by a ramp; only a richer form follows the
+    ramp. The mean of both ΔlogL is returned: what one completion adds by the drawn samples, the other takes away.
+    """
     gain = 0.0
     for own, other, sign in ((rich, simple, 0.5), (simple, rich, -0.5)):
         again, fitted = complete_and_fit(data, own.model, own)
