@@ -93,6 +93,8 @@ def alternatives(fit: Fit, place: int) -> tuple[Alternative, ...]:
     for cls in CATALOG:
         if cls.kind == out.kind or not cls.may_be(out):
             continue
+        if out.happens_once and _has_two_ends(cls):
+            continue  # the screen of slow functions has compared the forms of an event
         solution = fit_replacement(cls, base, fit.data, min_log_likelihood)
         if solution is None:
             continue
@@ -108,6 +110,11 @@ def alternatives(fit: Fit, place: int) -> tuple[Alternative, ...]:
             evidence = evidence_gain(solution, fit.solution, fit.data)
         found.append(Alternative(effect, solution, evidence))
     return tuple(found)
+
+
+def _has_two_ends(cls: type[Effect]) -> bool:
+    """True for the class of a slow function with a begin and an end, such as a transition."""
+    return issubclass(cls, Deterministic) and cls.low and len({*cls.interval}) == 2
 
 
 def fit_replacement(
@@ -136,8 +143,8 @@ def fit_replacement(
         solution = solve(data, model, start=found, like=base, rounds=3, polish=False)
         own = solution.model
         return solution if own.effects[-1].shows(own, data.rate, data.duration) else None
-    if issubclass(cls, Deterministic) and len({*cls.interval}) == 2:
-        # Effects with a begin and an end; a high-pass leaves no slow functions.
+    if _has_two_ends(cls):
+        # A high-pass leaves no slow functions.
         if not slow_families(base.model, data.covariates):
             return None
         solution = solve(data, base.model + cls(), like=base, settled=len(base.model), rounds=4)
