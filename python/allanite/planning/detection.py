@@ -384,7 +384,7 @@ def _level_change_laws(
     """Distributions of ΔlogL of two white-noise levels relative to one level: that of the fit and that of the test.
 
     Both are over the bins that white noise dominates; the test uses only those of the highest octaves (`white_power`). The
-    fit adjusts both times; the test searches them on a grid, which gains nothing.
+    fit adjusts the factor and both times. The test searches the times on a grid, so only the factor counts.
 
     Raises `InputError` if the model has no white noise.
     """
@@ -406,6 +406,6 @@ def _level_change_laws(
         count, relative = total * weight, ratio / (weight @ ratio)
         return DeltaLoglLaw(count, relative, np.zeros(2), np.zeros((2, 0)), fitted)
 
-    # The next octave has too few values in time, or is as near to the limit as sizes of transforms make it.
+    # Lower octaves have too few values in time.
     lowest = top[seen].max(initial=0) / MAX_TIME_RESOLUTION_RATIO
     return law(seen, 3), law(seen & (top > lowest), 1)

@@ -84,14 +84,19 @@ def _candidates(check: Check) -> list[Suggestion]:
     """List of the suggestions to try in the next step, best first; empty if no suggestion is significant.
 
     The significant suggestions come last. Before them come other suggestions that explain the same misfit as the first
-    significant one, if their score is more than 3 nats higher.
+    significant one, if their score is more than 3 nats higher. Events are not among these, because their score does not
+    count the many times that were tried.
     """
     significant = list(check.significant)
     if not significant:
         return []
     first = significant[0]
     least = max(first.score, 0.0) + MAX_RIVAL_LOG_EVIDENCE
-    better = [s for s in check.suggestions if not s.significant and s.score > least]
+    better = [
+        s
+        for s in check.suggestions
+        if s.score > least and not (s.significant or s.effect_happens_once)
+    ]
     return [s for s in better if explain_same_misfit(s, first)] + significant
 
 

@@ -3,8 +3,8 @@
 Each comment gives the unit, what is compared with the constant, and the basis of its value. "Judgment" means chosen by
 judgment; not measured. "Ablation: no change" means that 21 searches end with equal models with half and with twice the
 value (docs/ablation.md). Grids of shapes and sizes of arrays are defined where they are used. Three limits are defined in
-`allanite.fit`: `MAX_RIVAL_LOG_EVIDENCE`, the score within which two models cannot be distinguished, so that screens ignore
-a smaller ΔlogL, `MAX_POLISH_DELTA_LOGL`, the most that the optimization of shapes adds to logL, and `MAINS_TOLERANCE`, the
+`allanite.fit`: `MAX_RIVAL_LOG_EVIDENCE`, the score within which two models cannot be distinguished (screens ignore a
+smaller ΔlogL), `MAX_POLISH_DELTA_LOGL`, the most that the optimization of shapes adds to logL, and `MAINS_TOLERANCE`, the
 largest relative error of a mains frequency.
 """
 
@@ -78,14 +78,16 @@ MAX_DESIGNS_POLISHED = 3
 #: Unit: points. Grid points of a resonance or a notch from which the likelihood is maximized.
 #: Basis: judgment.
 MAX_NARROW_POINTS_CLIMBED = 60
+#: Unit: 1. Largest ratio of the shapes of another design of a filter to those of the present one.
+#: Basis: judgment; from the present cutoff alone, a check does not find the true design beside flicker.
+MAX_SHAPE_RATIO = 2.0
 
 # Lines and narrow bands.
 
 #: Unit: lines. Most lines that are refitted in one check.
 #: Basis: judgment.
 MAX_LINES_REFITTED = 12
-#: Unit: nats. Peaks of the periodogram below this height are not refitted. In the mean power of a band, an ordinate counts
-#: at most as much as a peak of this height.
+#: Unit: nats. Peaks of the periodogram below this height are not refitted.
 #: Basis: derivation; the search of 100 samples reaches this height by chance.
 MIN_LINE_PEAK = 6.0
 #: Unit: 1. Highest harmonic of a line or of a narrow band that is searched.
@@ -103,6 +105,9 @@ MIN_COMB_FRACTION = 0.6
 #: Unit: lines. Fewest lines of an evenly spaced comb.
 #: Basis: judgment; none of 50 sets of 20 random places is a comb.
 MIN_SPACED_LINES = 5
+#: Unit: expected power. A single ordinate counts at most this much in the mean power of a band.
+#: Basis: judgment; with 12, a line of 83 nats that drifts by 2.5 cycles is not found.
+MAX_ORDINATE_POWER = 20.0
 
 # Bands that move.
 
@@ -143,7 +148,7 @@ MAX_STEP_TIME_ERROR = 0.02
 #: Basis: judgment; the clusters are needed for a tap that had been called a resonance.
 LEVEL_CELLS = 256
 #: Unit: fraction of the record. Minimum length of the interval of a change of a band's level, and of the time outside it.
-#: Basis: judgment; a shorter ringing is a disturbance. Without it, one of three taps is a band that is louder for a moment.
+#: Basis: judgment; a shorter ringing is a disturbance. Without this limit, one of three taps is named a louder band.
 MIN_BAND_LEVEL_FRACTION = 1.0 / 64.0
 
 # Outliers and disturbances.

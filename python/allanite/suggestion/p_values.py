@@ -76,8 +76,7 @@ def log_chi2_tail(gain: float, count: int) -> float:
 def may_become_significant(family: Family, max_gain: float) -> bool:
     """True if a candidate of `family` with a ΔlogL of `max_gain` would have a p-value below 1 %.
 
-    `max_gain` is an estimate of the largest ΔlogL of a refit. For slow functions this is not strict, because the noise was
-    estimated with the function in the record.
+    `max_gain` is the ΔlogL of the search, or an estimate of the largest ΔlogL of a refit. Neither is a strict limit.
     """
     return log_p_value(family, max_gain) < np.log(FALSE_ALARM_PROBABILITY)
 

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from allanite.fit.likelihood.data import Data
 
 #: Maximum difference in ln evidence of two models that the record cannot distinguish: odds of 20 : 1, "strong" evidence
-#: in Kass & Raftery (1995).
+#: in Kass & Raftery (1995). Screens ignore a smaller ΔlogL.
 MAX_RIVAL_LOG_EVIDENCE = 3.0
 #: Width of the prior of the logarithm of a parameter: three decades. Chosen by judgment; not measured.
 PRIOR_LOG_RANGE = float(np.log(1e3))

@@ -26,8 +26,8 @@ from allanite.fit.shapes.drifting import (
 )
 from allanite.suggestion.constants import (
     MAIN_SHARE,
+    MAX_ORDINATE_POWER,
     MIN_DELTA_LOGL_OVER_SIMPLER,
-    MIN_LINE_PEAK,
 )
 from allanite.suggestion.p_values import (
     Family,
@@ -127,7 +127,7 @@ def _bands_to_search(
         yield 1.0 / data.duration, 0.5 * data.rate - 1.0 / data.duration
     total = np.square(white)
     total[0] = 0.0
-    np.cumsum(np.minimum(total, 2.0 * MIN_LINE_PEAK, out=total), out=total)
+    np.cumsum(np.minimum(total, MAX_ORDINATE_POWER, out=total), out=total)
     for width in WIDTHS:
         if whole and width > MAX_EXHAUSTIVE_FREQUENCIES:
             continue

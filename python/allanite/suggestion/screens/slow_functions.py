@@ -386,7 +386,7 @@ def _gain_over_simple(rich: Solution, simple: Solution, data: Data) -> float:
     """ΔlogL, nats, of the model `rich` relative to the model `simple`, each of which completes the missing samples.
 
     A completion under the model before, as in `data`, bridges a step in a gap by a ramp; only a richer form follows the
-    ramp. The mean of both ΔlogL is returned: what one completion adds by the drawn samples, the other takes away.
+    ramp. The samples drawn favor the model that completed them; the mean of both ΔlogL, which is returned, cancels this.
     """
     gain = 0.0
     for own, other, sign in ((rich, simple, 0.5), (simple, rich, -0.5)):

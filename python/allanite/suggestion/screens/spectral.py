@@ -40,6 +40,7 @@ from allanite.suggestion.constants import (
     MAX_DESIGNS_POLISHED,
     MAX_FORMS_TRIED,
     MAX_NARROW_POINTS_CLIMBED,
+    MAX_SHAPE_RATIO,
     MIN_DELTA_LOGL_OVER_SIMPLER,
     MIN_SCORE_GAIN,
 )
@@ -276,27 +277,42 @@ def _with_best_design(model: Model, best: Maximum, part: RandomPart) -> tuple[Mo
     if best.scale is None:
         return found
     for place, effect in enumerate(model.effects[:-1]):
-        choices = any(p.role == "choice" for p in effect.parameters)
+        choices = [p.name for p in effect.parameters if p.role == "choice"]
         if not choices or effect.held or not effect.is_tried_in_spectrum():
             continue
-        # Other designs are tried in plain form, from the present shapes; they may not need what the present one needs.
-        designs = [
-            plain.with_values(**{name: effect.values[name] for name in plain.free_shapes})
-            for plain in type(effect)().variants()
+        # Other designs are tried in plain form with shapes of their own; they may not need what the present one needs.
+        others = [
+            Model((*model.effects[:place], point, *model.effects[place + 1 :]))
+            for point in _grid_of(type(effect)(), part.data.n, part.data.rate)
+            if _has_similar_shapes(point, effect)
         ]
-        others = [Model((*model.effects[:place], d, *model.effects[place + 1 :])) for d in designs]
+        if not others:
+            continue
         columns = np.stack([part.linear(other).matrix for other in others])
         starts = np.stack([best.theta] * len(others))
         thetas, values, scales = climb_many(
             part.power, part.count, columns, starts, best.scale, DESIGN_SCAN_STEPS
         )
-        for k in map(int, np.argsort(-values, kind="stable")[:MAX_DESIGNS_POLISHED]):
+        designs: dict[tuple[object, ...], int] = {}
+        for k in map(int, np.argsort(-values, kind="stable")):
+            designs.setdefault(tuple(others[k].effects[place].values[c] for c in choices), k)
+        for k in list(designs.values())[:MAX_DESIGNS_POLISHED]:
             start = part.climb(part.linear(others[k]), thetas[k], scales[k])
             tried = polish(others[k], free_shape_parameters(others[k]), start, part, roughly=True)
             spared = sum(e.numbers for e in found[0]) - sum(e.numbers for e in tried[0])
             if tried[1].log_likelihood > found[1].log_likelihood - MAX_SIMPLER_LOSS * spared:
                 found = tried
     return found
+
+
+def _has_similar_shapes(point: Effect, effect: Effect) -> bool:
+    """True if each free shape value of `point` is between half and twice the value of `effect`."""
+    return all(
+        effect.values[name] / MAX_SHAPE_RATIO
+        < point.values[name]
+        < MAX_SHAPE_RATIO * effect.values[name]
+        for name in point.free_shapes
+    )
 
 
 def _refitted_candidate(

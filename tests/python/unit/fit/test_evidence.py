@@ -188,7 +188,7 @@ def test_a_transition_stands_for_a_walk_that_only_one_rise_shows(seed):
 
 
 def test_a_walk_is_no_transition():
-    """In twenty random walks, no transition leads by the 6 nats at which the verdict would name it."""
+    """In twenty random walks, no transition leads by the 3 nats of clear evidence, beside the prior of 3 of a walk."""
     for seed in range(20):
         rng = np.random.default_rng([seed, 22])
         x = g.white(rng, 20_000, 10.0, 0.1) + g.walk(rng, 20_000, 10.0, [1e-2, 1e-3][seed % 2])
