@@ -115,3 +115,14 @@ def test_what_is_not_refitted_could_not_be_suggested(monkeypatch):
     assert [named(x) for x in records] == some
     # It says something: some are named, and some are not.
     assert 2 <= sum(bool(one) for one in some) <= 14
+
+
+@pytest.mark.parametrize("drift", [2.5, 4.0])
+def test_a_line_of_few_strong_ordinates_is_found(drift):
+    """A line that drifts by a few cycles has a few ordinates of high power, which the search of a band must not cut off."""
+    n, rate = 200_000, 100.0
+    t = np.arange(n) / rate
+    turns = 17.123 * t + 0.5 * drift * (t * rate / n) ** 2
+    x = np.random.default_rng(2).standard_normal(n) + 0.04 * np.sin(2.0 * np.pi * turns)
+    check = al.fit_model(al.Recording(x, rate=rate, unit="rad/s"), "N").check()
+    assert check.significant[0].kind == "drifting_line"

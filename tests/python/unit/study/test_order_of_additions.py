@@ -308,3 +308,16 @@ def test_a_spectrum_that_is_wrong_everywhere_is_repaired_before_an_event_is_name
     found = {s.kind: s for s in fit.check().significant}
     assert found["warm_up"].score > found["quantization"].score
     assert next(iter(found)) == "quantization"
+
+
+def test_an_event_by_chance_does_not_come_before_a_process():
+    """In white noise and flicker, an excursion has 4 nats more than a lag, but 15 % of such records have one by chance."""
+    rng = np.random.default_rng([9000, 17, *b"N+B"])
+    x = g.white(rng, 30_000, 100.0, 0.01) + g.flicker(rng, 30_000, 100.0, 2e-3)
+    for scale in (1.0, 1e3):
+        study = al.improve(al.Recording(scale * x, rate=100.0, unit="deg/s"), "N")
+        chance = next(s for s in study.first_check.suggestions if s.kind == "excursion")
+        assert chance.score > study.first_check.significant[0].score + 3.0
+        assert not chance.significant
+        assert not any(rung.fit.model.effects[-1].happens_once for rung in study.ladder)
+        assert not any(e.happens_once for e in study.fit.model)
