@@ -61,6 +61,7 @@ class Quantization(Stochastic):
         looks_like="a slope of −1 at the shortest τ (modified deviation: −3/2); a density that rises as f²",
         check_by="compare √12·Q with the resolution of the counter; measure the clock with another counter",
     )
+    # Behind a low-pass filter, flicker fills the stop band, too.
     rivals = ("power_law", "bias_instability")
 
     def unit_terms(self, rate: float) -> tuple[Term, ...]:

@@ -398,7 +398,7 @@ def _level_change_laws(
     top, seen = data.bins.edges[1:], part > MIN_WHITE_SHARE
 
     def law(used: NDArray[np.bool_], fitted: int) -> DeltaLoglLaw:
-        """Distribution if the bins `used`, a mask, count, and `fitted` parameters are adjusted."""
+        """Distribution of ΔlogL over the bins in the mask `used`, if `fitted` parameters are adjusted."""
         total = float(data.bins.count[used].sum())
         share = float((data.bins.count * part)[used].sum()) / max(total, 1.0)
         ratio = np.array([1.0 + share * change, 1.0])

@@ -78,8 +78,8 @@ MAX_DESIGNS_POLISHED = 3
 #: Unit: points. Grid points of a resonance or a notch from which the likelihood is maximized.
 #: Basis: judgment.
 MAX_NARROW_POINTS_CLIMBED = 60
-#: Unit: 1. Largest ratio of the shapes of another design of a filter to those of the present one.
-#: Basis: judgment; from the present cutoff alone, a check does not find the true design beside flicker.
+#: Unit: 1. Other designs of a filter are tried with shapes up to this factor above and below those of the present design.
+#: Basis: judgment.
 MAX_SHAPE_RATIO = 2.0
 
 # Lines and narrow bands.
@@ -106,7 +106,8 @@ MIN_COMB_FRACTION = 0.6
 #: Basis: judgment; none of 50 sets of 20 random places is a comb.
 MIN_SPACED_LINES = 5
 #: Unit: expected power. A single ordinate counts at most this much in the mean power of a band.
-#: Basis: judgment; with 12, a line of 83 nats that drifts by 2.5 cycles is not found.
+#: Basis: judgment; with 12, strong lines that drift by 2.5 or 4 cycles are not found
+#: (tests/python/unit/effects/test_drifting_line.py).
 MAX_ORDINATE_POWER = 20.0
 
 # Bands that move.

@@ -122,9 +122,9 @@ def fit_replacement(
 ) -> Solution | None:
     """`Solution` of the base model plus an effect of kind `cls`; None if no shapes of a grid reach `min_log_likelihood`.
 
-    Slow functions with a begin and an end are fitted at their best times instead of a grid.
     None as well for kinds that are neither spectral nor slow functions, or that cannot be added to the base model. A
-    spectral effect must also show the feature that distinguishes it from its alternatives (`Effect.shows`).
+    spectral effect must also show the feature that distinguishes it from its alternatives (`Effect.shows`). A slow function
+    with a begin and an end is fitted with all its times, not only with those of a grid.
     `min_log_likelihood` is that of the whole model: an absolute value, not a difference.
     """
     if cls.is_tried_in_spectrum():

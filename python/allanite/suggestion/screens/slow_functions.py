@@ -249,8 +249,9 @@ def _significant_richer_forms(
         if not may_become_significant(alone, best):
             continue
         # One more free time always gains something; the gain over the simple form must be significant.
-        least = None if simple is None else simple.solution, Family(effect.family, (arc,))
-        candidate = _refitted_candidate(effect, alone, context, least)
+        simpler = solution if simple is None else simple.solution or solution
+        over = simpler, Family(effect.family, (arc,))
+        candidate = _refitted_candidate(effect, alone, context, over)
         if candidate is not None:
             found.append(candidate)
     return found
@@ -318,13 +319,13 @@ def _refitted_candidate(
     effect: Deterministic,
     family: Family,
     context: Context,
-    over: tuple[Solution | None, Family] | None = None,
+    over: tuple[Solution, Family] | None = None,
 ) -> Candidate | None:
     """Refitted `Candidate` that adds the slow function `effect` to the model; None if its `judged_gain` is not positive.
 
     None as well if an event rests on a few samples, or if the slope on a logged column has different signs at slow and fast
-    time scales. With `over` = (solution with a simpler form or None, family), None if the rise above this solution (None:
-    that of the context) is not significant (1 %), or if a time of the effect is not known.
+    time scales. With `over` = (solution with a simpler form or without one, family), None if the rise of logL above that
+    solution is not significant (1 %), or if a time of the effect is not known.
 
     `judged_gain`, from which the p-value follows, is at most the ΔlogL beside the slowly drifting process of the highest
     ΔlogL. It is reduced for leakage through filters, for louder noise where the effect acts, and for missing samples. So it
@@ -333,7 +334,7 @@ def _refitted_candidate(
     base, data, rival = context.solution, context.data, context.shared(_best_wandering_process)
     refitted = solve(data, base.model + effect, like=base, settled=len(base.model), rounds=4)
     gain = judged = refitted.log_likelihood - base.log_likelihood
-    if over is not None and not _is_clearly_richer(refitted, over, base, data):
+    if over is not None and not _is_clearly_richer(refitted, *over, base, data):
         return None
     if rival is not None and may_become_significant(family, gain):
         model = rival.model + refitted.model.effects[-1]
@@ -362,36 +363,37 @@ def _refitted_candidate(
 
 
 def _is_clearly_richer(
-    rich: Solution, over: tuple[Solution | None, Family], base: Solution, data: Data
+    rich: Solution, simple: Solution, family: Family, base: Solution, data: Data
 ) -> bool:
-    """True if ΔlogL of the model `rich` over a simpler one is significant (1 %), and all times of its effect are known.
+    """True if ΔlogL of the model `rich` over `simple` is significant (1 %) in `family`, and all its times are known.
 
-    `over` is as of `_refitted_candidate`. With missing samples, ΔlogL must also be significant after each of both models
-    has completed them (`_gain_over_simple`).
+    With missing samples and a simple model that is not `base`, the ΔlogL of `_gain_over_simple` must also be significant.
     """
-    simple, family = over[0] or base, over[1]
 
     def is_significant(gain: float) -> bool:
+        """True if this ΔlogL, nats, has a p-value below 1 %."""
         return log_p_value(family, gain) < np.log(FALSE_ALARM_PROBABILITY)
 
     if not is_significant(rich.log_likelihood - simple.log_likelihood):
         return False
     if not has_known_time(rich.effects[-1], rich, data):
         return False
-    complete = data.gain is None or simple is base
-    return complete or is_significant(_gain_over_simple(rich, simple, data))
+    return (
+        data.gain is None or simple is base or is_significant(_gain_over_simple(rich, simple, data))
+    )
 
 
 def _gain_over_simple(rich: Solution, simple: Solution, data: Data) -> float:
-    """ΔlogL, nats, of the model `rich` relative to the model `simple`, each of which completes the missing samples.
+    """ΔlogL, nats, of the model `rich` over the model `simple`, after these models have completed the missing samples.
 
-    A completion under the model before, as in `data`, bridges a step in a gap by a ramp; only a richer form follows the
-    ramp. The samples drawn favor the model that completed them; the mean of both ΔlogL, which is returned, cancels this.
+    In `data`, a model with neither form has completed them. It bridges a step in a gap by a ramp, and only the rich model
+    can follow a ramp. Here the rich model completes the samples and both models are fitted; then the simple model completes
+    them and both are fitted. Each completion favors its own model, so the mean of the two ΔlogL is returned.
     """
     gain = 0.0
     for own, other, sign in ((rich, simple, 0.5), (simple, rich, -0.5)):
         again, fitted = complete_and_fit(data, own.model, own)
-        # With free times, the richer form would follow the drawn samples of the simple one.
+        # Times stay fixed; otherwise the rich model would follow the samples that the simple one has drawn.
         refitted = solve(again, other.model, like=fitted, settled=len(other.model), rounds=4)
         gain += sign * (fitted.log_likelihood - refitted.log_likelihood)
     return gain

@@ -311,7 +311,7 @@ def test_a_spectrum_that_is_wrong_everywhere_is_repaired_before_an_event_is_name
 
 
 def test_an_event_by_chance_does_not_come_before_a_process():
-    """In white noise and flicker, an excursion has 4 nats more than a lag, but 15 % of such records have one by chance."""
+    """In white noise and flicker, an excursion has a score over 3 nats above that of a lag, but a p-value above 1 %."""
     rng = np.random.default_rng([9000, 17, *b"N+B"])
     x = g.white(rng, 30_000, 100.0, 0.01) + g.flicker(rng, 30_000, 100.0, 2e-3)
     for scale in (1.0, 1e3):
