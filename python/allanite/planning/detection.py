@@ -8,7 +8,6 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from allanite import _kernels
 from allanite.common.documents import fields_dict, jsonable
@@ -59,7 +58,8 @@ class Power:
     duration, rate : float
         Length of the record, s, and sampling rate, Hz.
     delta_log_likelihood : float or None
-        Expected ΔlogL when the effect is added (mean over records).
+        Expected ΔlogL when the effect is added (mean over records). For a change of the noise level it is that of the
+        search, before its times are refined.
     spread : float or None
         Standard deviation of that ΔlogL from record to record.
     needed : float or None
@@ -272,8 +272,8 @@ class Detection:
     """Prediction of the test that `check` makes for an effect.
 
     `law` is the distribution of ΔlogL relative to the model without the effect. `tested` is that of the ΔlogL that the
-    test uses. For a slow function of time it is relative to the best model that may have one more wandering process; for a
-    change of level it is that of a search on a grid of times.
+    test uses. For a slow function of time it is relative to the best model that may have one more wandering process. For a
+    change of level both are that of a search on a grid of times.
     `needed` is the smallest tested ΔlogL, nats, with a p-value below 1 %, corrected for all searches. `paying` is the
     smallest ΔlogL, nats, with which the effect explains more than its parameters cost. For a change of level, `paying`
     is −∞.
@@ -302,7 +302,7 @@ def predicted_detection(base: Model, effect: Effect, data: Data, grid: Data) -> 
     """
     noise = _expected.random_part(base)
     if isinstance(effect, Modifier) and effect.changes_level:
-        law, tested = _level_change_laws(noise, effect, data)
+        law = tested = _level_change_law(noise, effect, data)
         null = _expected.best_fit(noise, _expected.expected_power(noise, data), data)
     else:
         signal = np.zeros(data.bins.count.size)
@@ -378,13 +378,11 @@ def _with_wandering_process(noise: Model) -> list[Model]:
     ]
 
 
-def _level_change_laws(
-    noise: Model, effect: Modifier, data: Data
-) -> tuple[DeltaLoglLaw, DeltaLoglLaw]:
-    """Distributions of ΔlogL of two white-noise levels relative to one level: that of the fit and that of the test.
+def _level_change_law(noise: Model, effect: Modifier, data: Data) -> DeltaLoglLaw:
+    """Distribution of the tested ΔlogL of two white-noise levels relative to one, over bins that white noise dominates.
 
-    Both are over the bins that white noise dominates; the test uses only those of the highest octaves (`white_power`). The
-    fit adjusts the factor and both times. The test searches the times on a grid, so only the factor counts.
+    The test uses only the highest octaves of these bins (`white_power`). It searches both times on a grid, so only the
+    factor counts as fitted.
 
     Raises `InputError` if the model has no white noise.
     """
@@ -392,20 +390,13 @@ def _level_change_laws(
         raise InputError(f"{effect.kind}: the model has no white noise whose level could change")
     white = Model((noise.white,))
     part: Array = _expected.expected_power(white, data) / _expected.expected_power(noise, data)
+    top, seen = data.bins.edges[1:], part > MIN_WHITE_SHARE
+    # Lower octaves have too few values in time.
+    seen &= top > top[seen].max(initial=0) / MAX_TIME_RESOLUTION_RATIO
+    total = float(data.bins.count[seen].sum())
+    share = float((data.bins.count * part)[seen].sum()) / max(total, 1.0)
     start, end = effect.when or data.span
     inside = max(0.0, min(end, data.duration) - max(start, 0.0)) / data.duration
-    change = float(effect.mean_power(start, end)) - 1.0
-    top, seen = data.bins.edges[1:], part > MIN_WHITE_SHARE
-
-    def law(used: NDArray[np.bool_], fitted: int) -> DeltaLoglLaw:
-        """Distribution of ΔlogL over the bins in the mask `used`, if `fitted` parameters are adjusted."""
-        total = float(data.bins.count[used].sum())
-        share = float((data.bins.count * part)[used].sum()) / max(total, 1.0)
-        ratio = np.array([1.0 + share * change, 1.0])
-        weight = np.array([inside, 1.0 - inside])
-        count, relative = total * weight, ratio / (weight @ ratio)
-        return DeltaLoglLaw(count, relative, np.zeros(2), np.zeros((2, 0)), fitted)
-
-    # Lower octaves have too few values in time.
-    lowest = top[seen].max(initial=0) / MAX_TIME_RESOLUTION_RATIO
-    return law(seen, 3), law(seen & (top > lowest), 1)
+    ratio = np.array([1.0 + share * (float(effect.mean_power(start, end)) - 1.0), 1.0])
+    weight = np.array([inside, 1.0 - inside])
+    return DeltaLoglLaw(total * weight, ratio / (weight @ ratio), np.zeros(2), np.zeros((2, 0)), 1)
